@@ -89,13 +89,13 @@ quick_room:
 	@test -n '$(QUICK_CPP)$(QUICK_PYTHON)' || { echo 'amontons: no file tests/*/test_*ROOM* for ROOM=$(ROOM);' \
 	  'try make quick ROOM=joint, shapes, islands, urdf' >&2; exit 2; }
 
-# Chromium for the tests of the viewer, where there is none and one can be had, by Playwright or, for root, from the
-# system; else these tests are skipped.
+# Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
 browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
 	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
-	  || { test "$$(id -u)" = 0 && timeout 600 apt-get install --yes chromium >>build/browser.log 2>&1; } \
-	  || echo 'no browser could be installed (build/browser.log): as root, apt-get install chromium'
+	  || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null \
+	    && { apt-get update && apt-get install -y --no-install-recommends chromium; } >>build/browser.log 2>&1; } \
+	  || echo 'no browser could be installed (build/browser.log): apt-get install chromium as root; the tests of pages are skipped'
 
 # OpenCL on the processor for the tests of devices, where the platform has it; else these tests are skipped.
 pocl: install

@@ -7,9 +7,9 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-import groups
 import pytest
 from hypothesis import HealthCheck, settings
+from skipped import pytest_sessionfinish, pytest_terminal_summary  # noqa: F401
 
 try:
     import fcntl
@@ -53,8 +53,8 @@ def pytest_runtest_protocol(item):
 
     Such a test compares times, which other tests on the same processors would lengthen. Every test holds a
     lock of its session: an exclusive one, or one that tests share. A second lock is the queue: a test that
-    waits for the exclusive one holds it, so that no other test overtakes. The limit of the
-    test begins after the wait.
+    waits for the exclusive one holds it, so that no other test overtakes. The limit
+    of the test begins after the wait.
     """
     if fcntl is None or not hasattr(item.config, "workerinput"):
         return (yield)
@@ -87,29 +87,3 @@ def pytest_runtest_setup(item):
     """Fails a test that waited too long for the others."""
     if not item.stash.get(LOCKED, True):
         pytest.fail(f"tests of other workers have not ended in {LOCK_LIMIT} s", pytrace=False)
-
-
-def _skipped(config):
-    reporter = config.pluginmanager.get_plugin("terminalreporter")
-    reports = reporter.stats.get("skipped", []) if reporter else []
-    return groups.summary(
-        [str(r.longrepr[2] if isinstance(r.longrepr, tuple) else r.longrepr) for r in reports]
-    )
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_sessionfinish(session):
-    """In CI a group that is skipped on a machine that could run it is a failure."""
-    if groups.in_ci() and not hasattr(session.config, "workerinput") and _skipped(session.config)[1]:
-        session.exitstatus = pytest.ExitCode.TESTS_FAILED
-
-
-def pytest_terminal_summary(terminalreporter, config):
-    """Names each group of tests that is skipped, with the command that adds it."""
-    lines, possible = _skipped(config)
-    if lines:
-        terminalreporter.section("skipped groups")
-    for line in lines:
-        terminalreporter.line(line)
-    if possible and groups.in_ci():
-        terminalreporter.line(f"failed: this machine could run {', '.join(possible)}")

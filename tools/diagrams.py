@@ -17,7 +17,7 @@ from layers_cpp import LAYERS
 
 ROOT = Path(__file__).resolve().parent.parent
 
-# The calls of Simulation::advance; keep_balance is drawn as the two calls in it.
+# The stages that Simulation::advance calls.
 STEP = {
     "observe": (
         "Observe",
@@ -28,13 +28,14 @@ STEP = {
         "Move bodies if a position error exceeds its limit. Then observe again.",
     ),
     "resolve_impacts": ("Impacts", "Reflect bouncing contacts. This changes the start velocities."),
-    "pose_problem": ("Pose the problem", "Collect contacts and joint rows as one variational inequality."),
-    "solve_with_lookahead": (
-        "Solve and look ahead",
+    "pose": ("Pose the problem", "Collect contacts and joint rows as one variational inequality."),
+    "solve": ("Solve", "Find impulses, and the velocities that follow."),
+    "look_ahead": (
+        "Look ahead",
         "Follow the velocities to the end of the step. If they lead to new contacts, add them and "
         "solve again, up to {most_looks} times.",
     ),
-    "energy_balance": (
+    "balance_of": (
         "Check the energy",
         "If the step gains energy, repeat it damped.",
     ),
@@ -42,7 +43,7 @@ STEP = {
     "move_on": ("Move on", "Store impulses and move the bodies."),
 }
 STEP_NUMBERS = ("most_looks",)
-STEP_PASSED = {"add_errors", "add_balance", "add_result"}
+STEP_PASSED = {"most_work", "end_impacts", "add_part", "keep_results"}
 PATHS = {
     "accurate": "The impulses are those of the solve.",
     "joints_restored": "The solve missed its tolerance. Joints were solved exactly.",
@@ -112,17 +113,15 @@ def step(root: Path) -> str:
     room = root / "src/multibody/step"
     source = room / "step.cpp"
     order = calls(body(source, r"bool Simulation::advance\("))
-    at = order.index("keep_balance")
-    order[at : at + 1] = calls(body(source, r"bool Simulation::keep_balance\("))
     known = declared(room.glob("*.hpp")) | members(source, "Simulation")
     order = described(order, STEP, known, STEP_PASSED)
     numbers = {name: constant(room / "policy.hpp", name) for name in STEP_NUMBERS}
     drawing = Drawing("What happens in a step: " + ", ".join(STEP[name][0] for name in order))
     for number, name in enumerate(order, 1):
         title, text = STEP[name]
-        kind = {"energy_balance": "choice", "make_safe": "danger"}.get(name, "plain")
+        kind = {"balance_of": "choice", "make_safe": "danger"}.get(name, "plain")
         drawing.card(Card(f"{number}  {title}", text.format(**numbers), f"{name}()", kind))
-    drawing.back(order.index("energy_balance"), 0)
+    drawing.back(order.index("balance_of"), 0)
     paths = enumerators(root / "include/amontons/multibody/step/report.hpp", "StepPath")
     same(paths, PATHS, "enum class StepPath")
     drawing.card(Card("Report.path", "The last of these that changed impulses or velocities:", kind="end"))

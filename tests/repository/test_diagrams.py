@@ -59,7 +59,7 @@ def test_order_and_numbers_follow_the_sources(sources):
     ("draw", "path", "old", "new", "message"),
     [
         (diagrams.step, STEP, "resolve_impacts(", "resolved(", r"resolve_impacts\(\) has a caption"),
-        (diagrams.step, STEP, "pose_problem(", "pose(", r"pose\(\) is called, but has no caption"),
+        (diagrams.step, STEP, "look_ahead(", "solve_step(", r"solve_step\(\) is called, but has no caption"),
         (diagrams.step, REPORT, "  accurate,", "  accurate, other,", "StepPath"),
         (diagrams.auto, AUTO, "linear_field(", "other_field(", "contenders"),
         (diagrams.auto, "src/solvers/direct/policy.hpp", "most_rows", "many_rows", "no constant"),

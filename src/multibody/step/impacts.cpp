@@ -19,9 +19,10 @@ namespace {
 
 // Impacts are over before springs, motors, dry friction or stabilisation act. So only locked directions get
 // rows, which keep their velocities (c = 0). Limits are left to the step that follows.
-JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
+JointRows locked_rows(const StepSetting& step, const State& state, const Observed& o) {
   JointRows all, locked;
-  append_joint_rows(in.model, {in.frames, in.mobility, v, v}, in.joints, in.state, in.options, all);
+  append_joint_rows(step.model, {o.frames, o.mobility, o.start, o.start}, o.joints, state,
+                    step.joint_options(), all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
@@ -38,7 +39,7 @@ JointRows locked_rows(const ImpactInput& in, const BodyVelocities& v) {
 // Bodies move with u- along the rows before the impact. The work of impulses x is x' (u- + A x / 2), the mean
 // of the velocities before and after; A x is the solution's u minus its b. As b_n = (1 + e) u_n^-, the
 // problem without restitution has b = u-.
-void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s, Report& report) {
+void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s) {
   Problem inelastic = problem;
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i)  // all of these contacts approach
@@ -52,10 +53,9 @@ void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s,
   const auto Ax = [&](std::size_t i) { return s.u[i] - problem.b[i]; };
   const double stored = sum([&](std::size_t i) { return 0.5 * s.x[i] * Ax(i); });
   const double work = sum([&](std::size_t i) { return s.x[i] * (before[i] + 0.5 * Ax(i)); });
-  if (work <= solver.options.tolerance * stored || off("limit energy")) return;
+  if (work <= solver.simulation.tolerance * stored || off("limit energy")) return;
   const Solution plastic = solve_step(solver, inelastic, {});
-  add_cost(plastic, report);
-  add_status(plastic, report);
+  solver.sums.add_status(plastic.status);
   // The work at x0 + share d, d = x - x0, is a + b share + c share^2 with a <= 0 <= c. The larger root is the
   // share of s that may stay, in the form without cancellation for b > 0.
   const auto Ax0 = [&](std::size_t i) { return plastic.u[i] - before[i]; };
@@ -110,32 +110,31 @@ void store(const Problem& problem, const std::vector<double>& x, const std::vect
 
 }  // namespace
 
-bool resolve_impacts(const ImpactInput& in, BodyVelocities& v, std::vector<Contact>& contacts,
-                     std::vector<JointWrench>& joints, Report& report) {
-  const double h = in.options.h;
-  joints.assign(in.model.joints(), JointWrench{});
+bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o) {
+  const double h = step.h;
+  BodyVelocities& v = o.start;
+  o.impacts.assign(step.model.joints(), JointWrench{});
   JointRows locked;
   std::vector<Contact> active;
   std::vector<std::size_t> index;
   for (int reflection = 0; reflection < (off("reflections") ? 1 : step::most_reflections); ++reflection) {
-    const bool elastic = approaching(contacts, v, in.threshold, h, index);
+    const bool elastic = approaching(o.contacts, v, step.restitution, h, index);
     // Without restitution there is nothing to reflect: the step stops approaching bodies.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
-    const bool missed = report.status != Status::converged;
-    if (in.solver.clock.over(reflection > 0 ? 0 : in.solver.search_time)) return reflection > 0;
+    const bool missed = solver.sums.status != Status::converged;
+    if (solver.clock.over(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
     if (reflection > 0 && (Budget::exhausted() || missed)) break;
-    if (reflection == 0) locked = locked_rows(in, v);
+    if (reflection == 0) locked = locked_rows(step, state, o);
     active.clear();
-    for (std::size_t i : index) active.push_back(contacts[i]);
-    const Problem problem = assemble({in.frames, in.mobility, v, v}, active, locked,
-                                     {.h = h, .recovery_speed = 0, .impact = true});
-    Solution s = solve_step(in.solver, problem, {});
-    add_cost(s, report);
-    add_status(s, report);
-    limit_energy(problem, in.solver, s, report);
+    for (std::size_t i : index) active.push_back(o.contacts[i]);
+    const Problem problem =
+        assemble({o.frames, o.mobility, v, v}, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
+    Solution s = solve_step(solver, problem, {});
+    solver.sums.add_status(s.status);
+    limit_energy(problem, solver, s);
     apply_impulses(problem, s.x, v);
-    store(problem, s.x, index, locked, contacts, joints);
+    store(problem, s.x, index, locked, o.contacts, o.impacts);
   }
   return true;
 }

@@ -26,13 +26,23 @@ namespace amontons {
 
 namespace {
 
+struct PositionInput {
+  const StepSetting& step;
+  const Observed& observed;
+  const Model& model = step.model;
+  const BodyFrames& frames = observed.frames;
+  const BodyMobilities& mobility = observed.stiffened;
+  const std::vector<Contact>& contacts = observed.contacts;
+  const double h = step.h, length = model.length();
+};
+
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
 // Whether a body cannot move along the normal of a contact, because its joint to the world or to a fixed body
 // has no dof in that direction. An example is a slider modelled inside its table.
 bool is_held(const PositionInput& in, Index body, const Contact& c) {
   if (!in.model.is_dynamic(body)) return true;
-  return std::any_of(in.joints.begin(), in.joints.end(), [&](const JointContext& joint) {
+  return std::any_of(in.observed.joints.begin(), in.observed.joints.end(), [&](const JointContext& joint) {
     const Index other = joint.body_a == body ? joint.body_b : joint.body_a;
     if ((joint.body_a != body && joint.body_b != body) || in.model.is_dynamic(other)) return false;
     if (joint.joint->compliance > 0 || !is_chain(*joint.joint) || joint.chain.spherical) return false;
@@ -55,14 +65,14 @@ bool can_open(const PositionInput& in, const Contact& c) {
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
-    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.options.length)) && can_open(in, c))
-      worst = -c.gap;
-  worst = std::max({worst, in.error.distance, in.options.length * in.error.angle, in.line_error});
+    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length)) && can_open(in, c)) worst = -c.gap;
+  worst = std::max({worst, in.observed.errors.joint.distance, in.length * in.observed.errors.joint.angle,
+                    in.observed.errors.line});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
     const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
     for (std::size_t i = 0; i < dofs.size(); ++i) {
       const double q = state.coordinates[in.model.first_dof(j) + i];
-      const double s = dofs[i].kind == Dof::Kind::hinge ? in.options.length : 1;
+      const double s = dofs[i].kind == Dof::Kind::hinge ? in.length : 1;
       worst = std::max({worst, s * (q - dofs[i].upper), s * (dofs[i].lower - q)});
     }
   }
@@ -103,11 +113,11 @@ JacobianRow normal_row(const Contact& c) {
 JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state,
                         double speed) {
   JointRows all, rows;
-  JointOptions options = in.options;
+  JointOptions options = in.step.joint_options();
   options.dampers = false;
-  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.joints, state, options, all);
+  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.observed.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
-  const double h = in.options.h;
+  const double h = in.h;
   const bool few = all.tags.size() <= step::few_position_rows;
   const auto of_model = [&](Index body) {  // auxiliary bodies follow those of the model
     return body < static_cast<Index>(in.model.bodies()) ? body : world;
@@ -125,8 +135,9 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
     else if (restraint == Restraint::none && all.compliance[i] > 0 && few)
       rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
     else if (restraint != Restraint::none)  // for locked rows C = 0
-      rows.append(Bilateral{}, all.jacobian[i], {all.compliance[i], std::clamp(C / h, -in.speed, in.speed)},
-                  0, all.tags[i]);
+      rows.append(Bilateral{}, all.jacobian[i],
+                  {all.compliance[i], std::clamp(C / h, -in.step.displacing, in.step.displacing)}, 0,
+                  all.tags[i]);
   }
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});
@@ -135,9 +146,10 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
 
 // The displacements, as velocities over h; empty if time runs out before `end` on the clock.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             const StepClock& clock, double end, Elimination& elimination, Report& report) {
+                             const StepClock& clock, double end, Elimination& elimination, StepSums& sums) {
   std::vector<Contact> none;
-  const Problem problem = assemble({in.frames, in.mobility, rest, rest}, none, rows, {in.options.h, 0});
+  const Problem problem =
+      assemble({in.frames, in.mobility, rest, rest}, none, rows, {.h = in.h, .recovery_speed = 0});
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
@@ -147,8 +159,8 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const Budget share = share_of_step(options.deadline);
   const bool few = linear || rows.tags.size() <= step::few_position_rows;
   Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
-  ++report.solves;
-  add_cost(s, report);
+  ++sums.solves;
+  sums.add_cost(s);
   if (s.status == Status::deadline && s.residual > step::most_left) return {};
   BodyVelocities p = rest;
   apply_impulses(problem, s.x, p);
@@ -164,10 +176,10 @@ double turning(const BodyVelocities& p) {
 
 // Neighbours must not push a body into fixed geometry, even if the problem was solved roughly.
 void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
-  const double error = allowed_error(in.options.length);
+  const double error = allowed_error(in.length);
   std::vector<double> least;
-  for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.options.h);
-  stop_at_fixed({in.model, in.mobility, in.contacts, least, error, in.options.h}, p);
+  for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.h);
+  stop_at_fixed({in.model, in.mobility, in.contacts, least, error, in.h}, p);
 }
 
 }  // namespace
@@ -175,21 +187,22 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 // Smaller errors stay, so that resting bodies do not move.
 double allowed_error(double length) { return step::allowed_error * length; }
 
-bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
-                       Report& report) {
-  const double error = largest_error(in, state), h = in.options.h;
-  if (!(error > allowed_error(in.options.length))) return false;
+static bool correct_positions(const StepSetting& step, const Observed& observed, StepClock& clock,
+                              Elimination& elimination, State& state, StepSums& sums) {
+  const PositionInput in{step, observed};
+  const double error = largest_error(in, state), h = in.h;
+  if (!(error > allowed_error(in.length))) return false;
   const BodyVelocities rest(in.frames.size());
-  JointRows rows = position_rows(in, rest, state, in.speed);
+  JointRows rows = position_rows(in, rest, state, in.step.displacing);
   if (rows.tags.empty()) return false;
   const double end = clock.elapsed() + step::share_of_positions * clock.left();
-  BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, report);
+  BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, sums);
   if (p.empty()) return false;
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
   if (const double turn = h * turning(p); turn > step::largest_turn && !off("positions after turn limit")) {
     const double share = step::largest_turn / turn;
-    rows = position_rows(in, rest, state, share * std::min(in.speed, error / h));
-    p = displacements(in, rest, rows, clock, end, elimination, report);
+    rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
+    p = displacements(in, rest, rows, clock, end, elimination, sums);
     if (p.empty()) return false;
   }
   if (!off("positions stop at fixed")) stop_at_fixed(in, p);
@@ -210,6 +223,18 @@ bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& e
     state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
+  return true;
+}
+
+bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
+             StepSums& sums) {
+  stiffen(step, state, o);
+  if (step.options.recovery != Recovery::projection || clock.over(2 * clock.search) ||
+      !correct_positions(step, o, clock, elimination, state, sums))
+    return false;
+  clock.lap(&Timings::assembly);
+  observe(step, clock, state, o);
+  stiffen(step, state, o);
   return true;
 }
 

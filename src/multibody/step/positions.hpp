@@ -1,32 +1,20 @@
-// Position errors are removed by displacing bodies, not by giving them velocities.
+// Stage 2 of a step: position errors are removed by displacing bodies, not by giving them velocities.
 #pragma once
-#include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
-#include "multibody/joints/joint_context.hpp"
-#include "multibody/step/report_sums.hpp"
+#include "multibody/step/observe.hpp"
+#include "multibody/step/step_sums.hpp"
 
 namespace amontons {
-
-struct PositionInput {
-  const Model& model;
-  const BodyFrames& frames;
-  const BodyMobilities& mobility;  // stiffened: bodies under tension are moved along it, not folded
-  const JointContexts& joints;
-  const std::vector<Contact>& contacts;
-  JointError error;   // joint errors
-  double line_error;  // m, of couplings and tendons
-  JointOptions options;
-  double speed;  // m/s, limit of the correction
-};
 
 // Largest error (m) that is not corrected; angles count times length.
 double allowed_error(double length);
 
-// Displaces bodies to remove overlaps and errors of rigid joints and limits, as far as possible and by at
-// most speed * h. Velocities of centres of mass stay, and so do angular momenta unless that would create
-// energy. Returns whether anything moved.
-bool correct_positions(const PositionInput& in, StepClock& clock, Elimination& elimination, State& state,
-                       Report& report);
+// If a position error exceeds the allowed one, displaces bodies and observes again. Overlaps and errors of
+// rigid joints and limits are removed as far as possible, by at most step.displacing * h. Bodies under
+// tension are moved along it, not folded: light links are stiffened before, and in any case for the rest of
+// the step. Velocities of centres of mass stay, and so do angular momenta unless that would create energy.
+// Returns whether anything moved.
+bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state,
+             Observed& observed, StepSums& sums);
 
 }  // namespace amontons

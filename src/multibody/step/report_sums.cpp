@@ -1,52 +1,38 @@
-// Sums for the report, which do not affect the step.
 #include "multibody/step/report_sums.hpp"
 
 #include <algorithm>
 
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/bodies/motion.hpp"
 
 namespace amontons {
 
-// Sums the work of all solves of a step, including impacts and repeated solves.
-void add_cost(const Solution& solution, Report& report) {
-  report.iterations += solution.iterations;
-  report.products += solution.products;
-  report.factorizations += solution.factorizations;
-}
-
-void add_status(const Solution& solution, Report& report) {
-  // The first solve that missed its tolerance determines the status of the step.
-  if (report.status == Status::converged) report.status = solution.status;
-}
-
-void add_result(const Problem& problem, const Solution& solution, StepPath path, double tolerance,
-                Report& report) {
-  const auto& A = std::get<ContactSystem>(problem.A);
+// Errors are those at the start of the step; the next step reports those at its end. The velocities of this
+// step are known too late to evaluate their poses without another search for contacts.
+void add_part(const PositionErrors& errors, const StepProblem& posed, const Solved& solved, double tolerance,
+              StepSums& sums, Report& report) {
+  const JointError& joint = errors.joint;
+  report.penetration = std::max(report.penetration, errors.penetration);
+  if (joint.distance > report.joint_error || joint.angle > report.joint_angle_error)
+    report.worst_joint = joint.joint;
+  report.joint_error = std::max({report.joint_error, joint.distance, errors.line});
+  report.joint_angle_error = std::max(report.joint_angle_error, joint.angle);
+  const auto& A = std::get<ContactSystem>(posed.problem->A);
   report.contacts = A.contacts.size();
   report.joint_rows = A.jacobian.size();
-  report.residual = solution.residual;
-  report.method = solution.method;
-  report.path = std::max(report.path, path);
-  add_status(solution, report);
+  report.residual = solved.solution.residual;
+  report.method = solved.solution.method;
+  report.path = std::max(report.path, solved.path);
+  report.energy_balance += solved.balance.work;
+  report.balanced = report.balanced && solved.balance.holds();
   // A safe step changes the impulses of a solve that converged: the residual is that of the result.
-  if (report.status == Status::converged && !(solution.residual <= tolerance))
-    report.status = Status::made_safe;
-}
-
-// Errors at the start of the step, not at its end; the next step reports these. The velocities of this step
-// are known too late to evaluate their poses without another search for contacts.
-void add_errors(const JointError& error, double line_error, const std::vector<Contact>& contacts,
-                Report& report) {
-  for (const Contact& c : contacts) report.penetration = std::max(report.penetration, -c.gap);
-  if (error.distance > report.joint_error || error.angle > report.joint_angle_error)
-    report.worst_joint = error.joint;
-  report.joint_error = std::max({report.joint_error, error.distance, line_error});
-  report.joint_angle_error = std::max(report.joint_angle_error, error.angle);
-}
-
-void add_balance(const EnergyBalance& balance, Report& report) {
-  report.energy_balance += balance.work;
-  report.balanced = report.balanced && balance.work <= balance.allowed;  // false for NaN
+  sums.add_status(solved.solution.status);
+  if (!(report.residual <= tolerance)) sums.add_status(Status::made_safe);
+  report.status = sums.status;
+  report.solves = sums.solves;
+  report.iterations = sums.iterations;
+  report.products = sums.products;
+  report.factorizations = sums.factorizations;
 }
 
 // Kinetic energy at the end; energies of gravity and springs half a step earlier: see Report. Coordinates are

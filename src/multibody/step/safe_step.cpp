@@ -6,28 +6,44 @@
 #include "amontons/base/ablation.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "multibody/contacts/contact_law.hpp"
-#include "multibody/step/assemble.hpp"
 #include "multibody/step/fixed_contacts.hpp"
+#include "multibody/step/pose.hpp"
 
 namespace amontons {
 
 namespace {
 
-EnergyInput energy_input(const SafeStepInput& in) {
-  return {in.model,    in.bodies.frames,   in.bodies.start, in.bodies.free, in.after,
-          in.spins,    *in.vi.problem,     in.vi.solution,  in.vi.rows,     in.dt,
-          in.recovery, in.assembly.closing};
+EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepProblem& posed,
+                         const Solved& solved) {
+  return {.model = step.model,
+          .frames = o.frames,
+          .start = o.start,
+          .free = o.free,
+          .after = solved.after,
+          .spins = o.spins,
+          .problem = *posed.problem,
+          .solution = solved.solution,
+          .rows = posed.rows,
+          .dt = step.options.dt,
+          .recovery = step.recovery,
+          .closing = posed.assembly.closing};
+}
+
+// Velocities of impulses that were changed.
+void follow(const Observed& o, const StepProblem& posed, Solved& solved) {
+  solved.after = o.free;
+  apply_impulses(*posed.problem, solved.solution.x, solved.after);
 }
 
 // Scales the contact impulses by s, and finds the bilateral impulses and velocities that follow. If the
 // mechanism has no factorisation, bilateral impulses are scaled too.
-void scale_to(const SafeStepInput& in, const std::vector<double>& x, double s) {
-  Solution& solution = in.vi.solution;
+void scale_to(const std::vector<double>& x, double s, const Observed& o, const StepProblem& posed,
+              Elimination& elimination, Solved& solved) {
+  Solution& solution = solved.solution;
   for (std::size_t i = 0; i < x.size(); ++i) solution.x[i] = s * x[i];
-  project(in.vi.problem->K, solution.x, solution.x);  // intervals may exclude zero
-  in.elimination.restore_joints(*in.vi.problem, solution.x);
-  in.after = in.bodies.free;
-  apply_impulses(*in.vi.problem, solution.x, in.after);
+  project(posed.problem->K, solution.x, solution.x);  // intervals may exclude zero
+  elimination.restore_joints(*posed.problem, solution.x);
+  follow(o, posed, solved);
 }
 
 // The largest s in [0, 1] at which the work J(s) = none + b s + c s^2 is not positive, from J at 0, 1/2 and
@@ -41,68 +57,75 @@ double largest_passive_share(double none, double half, double whole) {
 
 // Stages 1 and 2. With exact joints the work is a quadratic in the scale of the other impulses. Joints and
 // springs act at every scale: a stretched spring without impulse would gain energy without a source.
-EnergyBalance scale_impulses(const SafeStepInput& in, StepPath& path) {
-  const std::vector<double> x = in.vi.solution.x;
-  const EnergyInput energy = energy_input(in);
+void scale_impulses(const StepSetting& step, const Observed& o, const StepProblem& posed,
+                    Elimination& elimination, Solved& solved) {
+  const std::vector<double> x = solved.solution.x;
+  const EnergyInput energy = energy_input(step, o, posed, solved);
+  EnergyBalance& balance = solved.balance;
   const auto balance_at = [&](double s) {
-    scale_to(in, x, s);
-    return energy_balance(energy, in.energy);
+    scale_to(x, s, o, posed, elimination, solved);
+    return energy_balance(energy, solved.energy);
   };
-  EnergyBalance balance = balance_at(1);
-  if (balance.holds() || off("scale impulses")) return balance;
+  balance = balance_at(1);
+  if (balance.holds() || off("scale impulses")) return;
   const auto work_at = [&](double s) {
-    scale_to(in, x, s);
-    return work_along_mean(energy, in.energy);
+    scale_to(x, s, o, posed, elimination, solved);
+    return work_along_mean(energy, solved.energy);
   };
-  path = StepPath::impulses_scaled;
+  solved.path = StepPath::impulses_scaled;
   const double share = largest_passive_share(work_at(0), work_at(0.5), work_at(1));
   balance = balance_at(share);
   if (!balance.holds() && share > 0) balance = balance_at(0);
-  if (balance.holds()) return balance;
+  if (balance.holds()) return;
   // Joints that turn by radians within the step create energy even without contacts: bodies then move freely.
-  std::fill(in.vi.solution.x.begin(), in.vi.solution.x.end(), 0.0);
-  project(in.vi.problem->K, in.vi.solution.x, in.vi.solution.x);
-  in.after = in.bodies.free;
-  apply_impulses(*in.vi.problem, in.vi.solution.x, in.after);
-  return energy_balance(energy, in.energy);
+  std::fill(solved.solution.x.begin(), solved.solution.x.end(), 0.0);
+  project(posed.problem->K, solved.solution.x, solved.solution.x);
+  follow(o, posed, solved);
+  balance = energy_balance(energy, solved.energy);
 }
 
 // Stage 3. Later steps correct errors between bodies, but a body that has left through its floor does not
 // come back.
-bool stop_bodies(const SafeStepInput& in) {
-  if (off("stop bodies")) return false;
-  const double h = in.assembly.h, error = in.assembly.most_closed;
-  slow_spins(in.model, in.bodies.start, h, in.after);
-  const std::size_t known = in.contacts.size();
-  if (!in.clock.over(in.search))
-    in.finder.find_fixed({in.model, in.bodies.frames, in.after, h, in.margin}, in.contacts);
-  if (in.contacts.size() > known) {
-    take_in(in.bodies, in.assembly, in.contacts, known, in.vi);
-    in.vi.solution.x = in.vi.x0;
+void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, StepProblem& posed,
+                 Solved& solved) {
+  if (off("stop bodies")) return;
+  const double h = step.h, error = posed.assembly.most_closed;
+  slow_spins(step.model, o.start, h, solved.after);
+  const std::size_t known = o.contacts.size();
+  if (!clock.over(clock.timings.collision))
+    o.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
+  if (o.contacts.size() > known) {
+    take_in(solved.solution.x, known, o, posed);
+    solved.solution.x = posed.x0;
   }
-  const std::vector<Index>& row = in.vi.problem->graph.first_row;
+  const std::vector<Index>& row = posed.problem->graph.first_row;
   std::vector<double> least;
-  for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / h);
+  for (const Contact& c : o.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / h);
   const auto impulses =
-      stop_at_fixed({in.model, in.bodies.mobility, in.contacts, least, error, h, &in.bodies.start}, in.after);
-  for (std::size_t i = 0; i < impulses.size(); ++i) in.vi.solution.x[row[i]] += impulses[i];
-  return !impulses.empty();
+      stop_at_fixed({step.model, o.mobility, o.contacts, least, error, h, &o.start}, solved.after);
+  for (std::size_t i = 0; i < impulses.size(); ++i) solved.solution.x[row[i]] += impulses[i];
+  if (!impulses.empty()) solved.path = StepPath::bodies_stopped;
 }
 
 }  // namespace
 
-StepPath make_safe(const SafeStepInput& in, EnergyBalance& balance) {
-  const Status status = in.vi.solution.status;
-  StepPath path = status == Status::converged  ? StepPath::accurate
-                  : status == Status::deadline ? StepPath::budget_spent
-                                               : StepPath::joints_restored;
-  balance = scale_impulses(in, path);
-  if (stop_bodies(in)) path = StepPath::bodies_stopped;
-  const bool missed = in.vi.solution.residual > in.tolerance;
-  measure(*in.vi.problem, in.law, in.vi.solution);
+EnergyBalance balance_of(const StepSetting& step, const Observed& o, const StepProblem& posed,
+                         Solved& solved) {
+  return energy_balance(energy_input(step, o, posed, solved), solved.energy);
+}
+
+void make_safe(const StepSetting& step, const StepClock& clock, Elimination& elimination, Observed& o,
+               StepProblem& posed, Solved& solved) {
+  Solution& solution = solved.solution;
+  solved.path = solution.status == Status::converged  ? StepPath::accurate
+                : solution.status == Status::deadline ? StepPath::budget_spent
+                                                      : StepPath::joints_restored;
+  scale_impulses(step, o, posed, elimination, solved);
+  stop_bodies(step, clock, o, posed, solved);
+  const bool missed = solution.residual > step.options.tolerance;
+  measure(*posed.problem, step.options.law, solution);
   // The result of the solve may be a solution once the joints are exact.
-  if (missed && in.vi.solution.residual <= in.tolerance) in.vi.solution.status = Status::converged;
-  return path;
+  if (missed && solution.residual <= step.options.tolerance) solution.status = Status::converged;
 }
 
 }  // namespace amontons

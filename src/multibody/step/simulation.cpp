@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/step/clock.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
 #include "multibody/step/scratch.hpp"
@@ -45,7 +47,6 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   tree_ = std::make_shared<const Tree>(model_);
   state_ = first_state();
 }
-// Scratch is memory only, except for the state at the start of the last step.
 Simulation::Simulation(const Simulation& other)
     : model_(other.model_),
       tree_(other.tree_),
@@ -57,21 +58,13 @@ Simulation& Simulation::operator=(const Simulation& other) {
   AMONTONS_REQUIRE(model_ == other.model_, "a simulation takes over only one of the same model");
   options_ = other.options_;
   state_ = other.state_;
-  contacts_ = other.contacts_;
-  touching_ = other.touching_;
-  touched_ = other.touched_;
-  reactions_ = other.reactions_;
-  problem_ = other.problem_;
-  x_ = other.x_;
-  scratch_->before = other.scratch_->before;
-  scratch_->stood = other.scratch_->stood;
-  scratch_->begun = other.scratch_->begun;
+  last_ = other.last_;
   return *this;
 }
 // Defined here, where Scratch is complete.
 Simulation::~Simulation() = default;
 
-const State& Simulation::last_state() const { return scratch_->before; }
+const State& Simulation::last_state() const { return last_.before; }
 
 // Without forces along joints; the array has its full length, so that users can hold views of it.
 State Simulation::first_state() const {
@@ -81,29 +74,28 @@ State Simulation::first_state() const {
 }
 
 // The poses include the correction of positions: they are those in which the impulses acted.
-StepInstant Simulation::instant() const {
-  const std::vector<Transform>& poses = scratch_->stood;
-  AMONTONS_REQUIRE(state_.impulse_step > 0 && poses.size() == model_->bodies(),
+double Simulation::instant_time() const {
+  AMONTONS_REQUIRE(state_.impulse_step > 0 && last_.stood.size() == model_->bodies(),
                    "there was no step yet to which forces could belong; call step() first");
+  return last_.begun;
+}
+
+StepInstant Simulation::instant() const {
+  const double time = instant_time();
+  const std::vector<Transform>& poses = last_.stood;
   State there = state_;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     there.positions[i] = poses[i].position;
     there.orientations[i] = poses[i].rotation;
   }
-  return {scratch_->begun, read_coordinates(*tree_, there).q};
+  return {time, read_coordinates(*tree_, there).q};
 }
 
 // Copied, not moved: users hold views of the arrays.
 void Simulation::reset() {
   const State initial = first_state();
   state_ = initial;
-  scratch_->before = {};
-  contacts_.clear();
-  touching_.clear();
-  touched_.clear();
-  reactions_.clear();
-  problem_.reset();
-  x_.clear();
+  last_ = {};
 }
 
 // Automatic options are derived from the model, not from the state, so that they stay constant during a run.
@@ -138,9 +130,11 @@ class StepGuard {
 bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
   report = {};
   report.substeps = attempt.parts;
+  StepSums sums;
+  clock.timings = {};
   for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
-    if (!advance(options_.dt / attempt.parts, attempt, clock, report)) return false;
-  if (!report.advanced) state_ = scratch_->before;
+    if (!advance(options_.dt / attempt.parts, attempt, clock, sums, report)) return false;
+  if (!report.advanced) state_ = last_.before;
   return true;
 }
 
@@ -151,20 +145,16 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
-  StepScratch& s = *scratch_;
   StepClock clock(options_.budget);
-  clock.keep_free(s.reserved);
+  clock.keep_free(last_.reserved);
   const Budget allowance(infinity);  // the work is limited once the size of the step is known
-  s.before = state_;
+  last_.before = state_;
   try {
     const bool by_velocities = options_.recovery == Recovery::velocity;
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
       attempt.is_last = attempt.damped && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
       const bool balanced = try_step(attempt, clock, report);
-      const Timings& t = report.timings;
-      if (balanced && (report.is_sound() || Budget::interrupted() ||
-                       clock.over(t.assembly + t.collision + t.integration)))
-        break;
+      if (balanced && (report.is_sound() || Budget::interrupted() || clock.over_attempt())) break;
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
@@ -172,35 +162,36 @@ void Simulation::make_step(Report& report) {
         if (balanced && attempt.parts > options_.max_substeps) break;
         attempt.damped = attempt.damped || !balanced;
       }
-      state_ = s.before;
+      state_ = last_.before;
     }
   } catch (...) {
-    state_ = s.before;
+    state_ = last_.before;
     throw;
   }
   if (Budget::interrupted()) {
-    state_ = s.before;
+    state_ = last_.before;
     report.advanced = false;
     report.status = Status::interrupted;
   }
   // Not a sum of substeps: time = n dt without the rounding of n parts.
   if (report.advanced) {
     ++state_.steps;
-    state_.time = s.before.time + options_.dt;
+    state_.time = last_.before.time + options_.dt;
   }
   note_touching(report.advanced);
   report.time = state_.time;
+  report.timings = clock.timings;
   report.timings.total = clock.elapsed();
-  s.reserved = std::max(clock.since_solved(), step::reserved_decay * s.reserved);
+  last_.reserved = std::max(clock.since_solved(), step::reserved_decay * last_.reserved);
 }
 
 // Parts that only a reader of the report needs: the energies of the poses at the end.
 void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
-  StepScratch& s = *scratch_;
-  place_bodies(*model_, state_, s.frames, s.mobility, s.start);
-  add_energies(*model_, state_, s.frames, s.start, options_.dt / report.substeps, report);
-  clock.lap(report.timings.total);
+  Observed& o = scratch_->observed;
+  place_bodies(*model_, state_, o.frames, o.mobility, o.start);
+  add_energies(*model_, state_, o.frames, o.start, options_.dt / report.substeps, report);
+  report.timings.total += clock.elapsed();
 }
 
 Report Simulation::step() {
@@ -225,20 +216,48 @@ Simulation::Run Simulation::run(std::size_t steps, double seconds) {
   return run;
 }
 
+// Joint reactions of a step that moved on, including impacts at its start.
+static void fill_reactions(const Observed& o, const State& state, std::vector<JointReaction>& reactions) {
+  reactions.resize(o.joints.size());
+  for (std::size_t j = 0; j < reactions.size(); ++j) {
+    const JointPose& pose = o.joints[j].pose;
+    const JointWrench &step = state.joint_wrenches[j], &impact = o.impacts[j];
+    reactions[j] = {pose.a.position, rotate(pose.b.rotation, step.force + impact.force),
+                    rotate(pose.b.rotation, step.torque + impact.torque)};
+  }
+}
+
+// Swaps and exchanges, so that both arrays of each kind keep their memory. The memory of the last problem is
+// taken if nothing else holds it: a problem that was handed out never changes.
+void Simulation::keep_results(double joint_error) {
+  auto& [observed, posed, solved, _1, _2, _3] = *scratch_;
+  fill_reactions(observed, state_, last_.reactions);
+  last_.begun = state_.time;
+  last_.stood.clear();
+  for (const BodyFrame& body : observed.frames) last_.stood.push_back(body.pose);
+  last_.joint_error = joint_error;
+  std::swap(last_.contacts, observed.contacts);
+  std::swap(last_.x, solved.solution.x);
+  std::shared_ptr<Problem> old;
+  if (last_.problem.use_count() == 1) old = std::const_pointer_cast<Problem>(last_.problem);
+  last_.problem = std::exchange(posed.problem, std::move(old));
+}
+
 // A point may carry only an impact, which the contacts of the state do not include, so the pairs are stored
 // here. They are in the order of the contacts; contact_events() sorts them.
 void Simulation::note_touching(bool advanced) {
-  if (!advanced) return void(touched_ = touching_);
-  std::swap(touching_, touched_);
-  touching_.clear();
-  for (const Contact& c : contacts_) {
+  if (!advanced) return void(last_.touched = last_.touching);
+  std::swap(last_.touching, last_.touched);
+  last_.touching.clear();
+  for (const Contact& c : last_.contacts) {
     const GeomPair pair{c.body_a, c.body_b, c.geom_a, c.geom_b};
-    if (!(c.impulse == Vec3{}) && (touching_.empty() || touching_.back() != pair)) touching_.push_back(pair);
+    if (!(c.impulse == Vec3{}) && (last_.touching.empty() || last_.touching.back() != pair))
+      last_.touching.push_back(pair);
   }
 }
 
 ContactEvents Simulation::contact_events() const {
-  auto now = touching_, before = touched_;
+  auto now = last_.touching, before = last_.touched;
   for (auto* pairs : {&now, &before}) {
     std::sort(pairs->begin(), pairs->end());
     pairs->erase(std::unique(pairs->begin(), pairs->end()), pairs->end());
@@ -266,7 +285,7 @@ Contact seen_from_b(Contact c) {
 std::vector<Contact> Simulation::contacts_of(Reference body) const {
   const Index index = body.body_among(model_->description().bodies);
   std::vector<Contact> found;
-  for (const Contact& c : contacts_)
+  for (const Contact& c : last_.contacts)
     if (c.body_a == index || c.body_b == index) found.push_back(c.body_a == index ? c : seen_from_b(c));
   return found;
 }

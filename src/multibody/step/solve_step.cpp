@@ -34,9 +34,9 @@ Solution solution_without_rows() {
 Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, const Options& options) {
   const Time start = std::chrono::steady_clock::now();
   Solution s;
-  s.x = (*solver.own_method)(problem, options);
+  s.x = solver.simulation.own_method(problem, options);
   AMONTONS_REQUIRE(s.x.size() == problem.rows(),
-                   "method " + solver.method + " returned " + std::to_string(s.x.size()) +
+                   "method " + solver.simulation.method + " returned " + std::to_string(s.x.size()) +
                        " impulses but the problem has " + std::to_string(problem.rows()) + " rows");
   measure(problem, law_of(problem, options), s);
   if (!std::isfinite(s.residual) || !std::isfinite(s.objective)) {
@@ -46,17 +46,17 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, c
   }
   s.status = s.residual <= options.tolerance ? Status::converged : Status::stalled;
   s.iterations = s.products = 1;
-  s.method = solver.method;
+  s.method = solver.simulation.method;
   s.time = seconds_since(start);
   return s;
 }
 
 Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options,
                     Solution memory) {
-  ++solver.solves;
-  if (solver.own_method) return solve_by_own_method(solver, problem, options);
-  if (solver.method == "auto") return automatic(problem, options, solver.elimination, std::move(memory));
-  return solve(problem, solver.method, options);
+  ++solver.sums.solves;
+  if (solver.simulation.own_method) return solve_by_own_method(solver, problem, options);
+  if (solver.is_auto()) return automatic(problem, options, solver.elimination, std::move(memory));
+  return solve(problem, solver.simulation.method, options);
 }
 
 // Projects the start and forms its u; returns its residual.
@@ -86,12 +86,12 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
 // positions were corrected in their time, the impulses of the last step are used instead. The safe step
 // restores the joints afterwards.
 Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
-  Options options = solver.options;
+  Options options = solver.options();
   options.x0 = x0;
   options.deadline = solver.clock.left();
-  const bool spent = solver.clock.over(solver.search_time);
+  const bool spent = solver.clock.over(solver.clock.search);
   Solution s;
-  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.search_time)) {
+  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.clock.search)) {
     const double start = evaluate_start(problem, options, s);
     s = accepted(problem, std::move(s), start);
     if (start > options.tolerance) s.status = Status::deadline;
@@ -102,7 +102,7 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
     options.max_iterations = std::min(options.max_iterations ? options.max_iterations : step::few_iterations,
                                       step::few_iterations);
   }
-  ++solver.solves;
+  ++solver.sums.solves;
   const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
   s = method(problem, options);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
@@ -125,14 +125,14 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 // already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
   if (s.status != Status::converged || off("light bodies")) return s;
-  Options options = solver.options;
+  Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
   go_on(solver, problem, options, finer, s);
   // A light body that is still wrong has not converged, whatever the residual.
-  if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest,
-                                 solver.options.tolerance) < solver.options.tolerance)
+  if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance) <
+      options.tolerance)
     s.status = Status::stalled;
   return s;
 }
@@ -148,7 +148,7 @@ Solution as_converged(Solution s, double tolerance) {
 // apply.
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
-  Options options = solver.options;
+  Options options = solver.options();
   options.deadline = solver.clock.left();
   if (x0.empty()) return solve_with(solver, problem, options, std::move(memory));
   options.x0 = x0;
@@ -158,7 +158,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   if (start <= (solver.at_rest || off("direct start") ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
   if (solver.is_auto() && solve_directly(problem, options, solver.elimination, memory)) {
-    ++solver.solves;
+    ++solver.sums.solves;
     return memory;
   }
   if (start <= tolerance) {
@@ -167,11 +167,21 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
   if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, {}), tolerance);
-  ++solver.solves;
+  ++solver.sums.solves;
   return as_converged(solve_by_race(problem, options), tolerance);
 }
 
 }  // namespace
+
+Options StepSolver::options() const {
+  Options options;
+  options.law = simulation.law;
+  options.tolerance = simulation.tolerance;
+  options.max_iterations = simulation.max_iterations;
+  options.threads = simulation.threads;
+  options.iterates = simulation.iterates;
+  return options;
+}
 
 bool is_accepted_start(const Solution& solution) { return solution.method == warm_start_method; }
 
@@ -184,13 +194,21 @@ Budget share_of_step(double seconds) {
   return Budget(seconds, {}, Budget::Catches::no, step::share_of_solve * Budget::work_left());
 }
 
-Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                    Solution memory) {
-  if (problem.rows() == 0) return solution_without_rows();
-  if (solver.clock.over(step::least_searches * solver.search_time))
+// Solves from x0, with as much care as the budget allows.
+static Solution solve_in_time(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                              Solution memory) {
+  if (solver.clock.over(step::least_searches * solver.clock.search))
     return solve_within_budget(solver, problem, x0);
   const Budget share = share_of_step(solver.clock.left());
   return solve_for_light_bodies(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
+}
+
+Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                    Solution memory) {
+  if (problem.rows() == 0) return solution_without_rows();
+  Solution s = solve_in_time(solver, problem, x0, std::move(memory));
+  solver.sums.add_cost(s);
+  return s;
 }
 
 }  // namespace amontons

@@ -1,31 +1,30 @@
 #pragma once
 #include <span>
-#include <string>
 
 #include "amontons/base/budget.hpp"
-#include "amontons/multibody/step/own_method.hpp"
+#include "amontons/multibody/step/simulation_options.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/options.hpp"
+#include "multibody/step/clock.hpp"
 #include "multibody/step/light_body_error.hpp"
-#include "multibody/step/report_sums.hpp"
+#include "multibody/step/step_sums.hpp"
 
 namespace amontons {
 
 // The solver of one step: all its solves share method, options and the remaining budget.
 struct StepSolver {
-  std::string method;
-  Options options;  // except start and deadline, which each solve sets
+  const SimulationOptions& simulation;
   StepClock& clock;
-  double search_time;        // s: time of the search for contacts; setting up a method takes about as long
   Elimination& elimination;  // memory of `auto`, kept between steps
+  StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
-  unsigned& solves;          // calls of a solver, counted for the report
   bool corrected = false;    // positions were corrected in this step
   bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // continues from another solve of the same step
-  const StepMethod* own_method = nullptr;  // replaces `method`, which is then its name
 
-  bool is_auto() const { return own_method == nullptr && method == "auto"; }
+  bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
+  // Without start and deadline, which each solve sets.
+  Options options() const;
 };
 
 // Work limit (Budget units) of a step with `blocks` contacts and joint rows: that of first-order

@@ -6,25 +6,14 @@ import pytest
 from amontons import cli, scenes
 from typer.testing import CliRunner
 
-ODD = [
-    "",
-    "nan",
-    "²",
-    "1²3x4",
-    "9" * 5000,
-    "9" * 5000 + "x9",
-    "1x2x3",
-    "٣",
-    "cuda:²",
-    "opencl:" + "9" * 5000,
-    ",",
-]
+LONG = "9" * 5000
+ODD = ["", "nan", "²", "1²3x4", LONG, f"{LONG}x9", "1x2x3", "٣", "cuda:²", f"opencl:{LONG}", ","]
 OPTIONS = [
     "run stack --duration 0.01 --device",
     "run stack --duration 0.01 --set",
     "export run.h5 --gif a.gif --size",
-    "export run.h5 --picture a.png --times",
-    "export run.h5 --picture a.png --target",
+    "export run.h5 --png a.png --times",
+    "export run.h5 --png a.png --target",
     "solve p.npz --device",
 ]
 

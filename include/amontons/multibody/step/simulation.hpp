@@ -7,48 +7,10 @@
 
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/kinematics/rays.hpp"
-#include "amontons/multibody/step/own_method.hpp"
 #include "amontons/multibody/step/report.hpp"
-#include "amontons/solvers/driver/options.hpp"
+#include "amontons/multibody/step/simulation_options.hpp"
 
 namespace amontons {
-
-// Correction of position errors: overlaps, open joints, violated limits.
-enum class Recovery : unsigned char {
-  // Bodies are displaced, velocities are unchanged, and smooth motion is of second order.
-  projection,
-  // Correction by velocities in the step's VI (Anitescu, Potra 1997; Tasora, Anitescu 2011). It is of first
-  // order, and bodies that are pushed apart keep their speed.
-  velocity,
-};
-
-// Each field states default, unit and range. A value of 0, "automatic", is derived from the model, so that
-// results do not depend on the units.
-struct SimulationOptions {
-  double dt = 5e-3;  // s, > 0; not tuned: a default
-  Law law = Law::coulomb;
-  std::string method = "auto";
-  // If it is not empty it replaces the method; reports then use the method's name for it.
-  StepMethod own_method = {};
-  double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
-  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
-  double budget = infinity;        // s of wall clock per step; results then depend on the machine
-  unsigned threads = 0;            // 0: one per core if the problem is large enough
-  std::shared_ptr<IterateSource> iterates = {};  // as in Options; null: this library
-  // Largest gap (m) up to which contacts are found; 0: a fiftieth of Model::length(). It is wide enough that
-  // unforeseen contacts are rare, and narrow enough that few contacts are open.
-  double margin = 0;
-  Recovery recovery = Recovery::projection;
-  // Speed (m/s) of the correction of penetration and joint errors. 0: Model::length() in 0.1 s by projection,
-  // in 1 s by velocities, because a faster correction visibly pushes bodies apart.
-  double recovery_speed = 0;
-  // Speed (m/s) below which impacts do not bounce; 0: 4 |g| dt. A body at rest gains |g| dt before each
-  // step's contacts act. An approach at a few times that speed is not an impact.
-  double restitution_speed = 0;
-  bool warm_start = true;
-  // Power of two: a step whose residual exceeds the tolerance is repeated in 2, 4, ... parts.
-  unsigned max_substeps = 1;
-};
 
 // Impulse of the locked directions of a joint in the last step, including impacts at its start.
 struct JointReaction {
@@ -73,12 +35,11 @@ struct ContactEvents {
   std::vector<GeomPair> began, ended;
 };
 
-class StepClock;      // wall clock and budget of a step, step/report_sums.hpp
-struct Assembly;      // how a step becomes a problem, step/assemble.hpp
-struct JointOptions;  // joints/rows.hpp
-class Tree;           // generalised coordinates, kinematics/tree.hpp
-struct StepScratch;   // memory of a step, step/scratch.hpp
-struct StepSolver;    // method, options and clock of its solves, step/solve_step.hpp
+class StepClock;        // wall clock and budget of a step, step/clock.hpp
+class Tree;             // generalised coordinates, kinematics/tree.hpp
+struct PositionErrors;  // at the start of a step, step/observe.hpp
+struct StepScratch;     // memory of a step, step/scratch.hpp
+struct StepSums;        // solves of a step, step/report_sums.hpp
 
 // A model in motion: its state, and the results of the last step. Steps are deterministic: the same state and
 // options give the same bits for any number of threads, unless there is a budget.
@@ -119,10 +80,11 @@ class Simulation {
   const Tree& tree() const { return *tree_; }
   // The instant to which the forces of the last step belong. InputError before the first step.
   StepInstant instant() const;
+  double instant_time() const;  // s, of that instant
   // The state at the start of the last step; without bodies before the first step.
   const State& last_state() const;
   // Contacts of the last step or substep, including open ones.
-  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<Contact>& contacts() const { return last_.contacts; }
   // Contacts of one body, or between two, by index or name, "world" included. The first body is A: normals
   // and impulses are those on it. `local` stays that of the contact in contacts().
   std::vector<Contact> contacts_of(Reference body) const;
@@ -136,10 +98,10 @@ class Simulation {
   // excluded bodies.
   GeomHit ray(const Vec3& origin, const Vec3& direction, std::initializer_list<Reference> exclude = {}) const;
   // One per joint; empty before the first step.
-  const std::vector<JointReaction>& joint_reactions() const { return reactions_; }
+  const std::vector<JointReaction>& joint_reactions() const { return last_.reactions; }
   // The VI of the last step or substep, and its solution; empty before the first step.
-  const std::shared_ptr<const Problem>& problem() const { return problem_; }
-  const std::vector<double>& impulses() const { return x_; }
+  const std::shared_ptr<const Problem>& problem() const { return last_.problem; }
+  const std::vector<double>& impulses() const { return last_.x; }
   // The options, with automatic values replaced by the derived ones.
   double margin() const;
   double recovery_speed() const;
@@ -155,18 +117,10 @@ class Simulation {
   void make_step(Report& report);
   void finish_report(Report& report);
   bool try_step(const Attempt& attempt, StepClock& clock, Report& report);
-  // The calls of a step of length h (s), step/step.cpp. `search`: time of a search for contacts (s).
-  // `recovery`: speed (m/s) of the correction of position errors by velocities. False, with only scratch
-  // changed, if the step created energy and another attempt follows.
-  bool advance(double h, const Attempt& attempt, StepClock& clock, Report& report);
-  void observe(double h, bool damped, StepClock& clock, Report& report);
-  bool correct(double h, bool damped, const JointOptions& options, double search, StepClock& clock,
-               Report& report);
-  Assembly pose_problem(double h, bool damped, double recovery, const JointOptions& options,
-                        const StepClock& clock, double search);
-  bool keep_balance(const Assembly& assembly, const Attempt& attempt, double recovery, StepSolver& solver,
-                    Report& report);
-  void move_on(double h);
+  // The stages of a part of length h (s), step/step.cpp. False, with only scratch changed, if the part
+  // created energy and another attempt follows.
+  bool advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report);
+  void keep_results(double joint_error);
   void note_touching(bool advanced);
 
   State first_state() const;
@@ -175,11 +129,20 @@ class Simulation {
   std::shared_ptr<const Tree> tree_;
   SimulationOptions options_;
   State state_;
-  std::vector<Contact> contacts_;
-  std::vector<GeomPair> touching_, touched_;  // with a force in the last step, and in the one before
-  std::vector<JointReaction> reactions_;
-  std::shared_ptr<const Problem> problem_;
-  std::vector<double> x_;
+  // A copy takes these over with the state: results of the last step, with which the next one compares.
+  struct Last {
+    State before;                   // at the start of the step
+    double begun = 0;               // s, of its last substep: the instant of its forces
+    std::vector<Transform> stood;   // poses of all bodies there
+    double joint_error = infinity;  // m, at that instant
+    // Time (s) reserved for work after the solve: the longest of the last steps, which decays.
+    double reserved = 0;
+    std::vector<Contact> contacts;
+    std::vector<GeomPair> touching, touched;  // with a force in the last step, and in the one before
+    std::vector<JointReaction> reactions;
+    std::shared_ptr<const Problem> problem;
+    std::vector<double> x;
+  } last_;
   std::unique_ptr<StepScratch> scratch_;
   std::atomic<bool> stepping_{false};
 };

@@ -1,0 +1,22 @@
+#include "multibody/step/move_on.hpp"
+
+#include <span>
+
+#include "amontons/multibody/joints/actuators.hpp"
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/warm_start.hpp"
+
+namespace amontons {
+
+void move_on(const StepSetting& step, const StepProblem& posed, const Solved& solved, Observed& o,
+             State& state) {
+  const std::span<const double> x = solved.solution.x;
+  store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
+  keep_for_warm_start(*posed.problem, x, o.frames, state.contacts);
+  store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
+  state.impulse_step = step.h;
+  integrate(step.model, o.frames, o.spins, solved.after, step.h, state);
+  advance_activations(step.model, step.h, state);
+}
+
+}  // namespace amontons

@@ -1,0 +1,62 @@
+#include "multibody/step/observe.hpp"
+
+#include <algorithm>
+
+#include "amontons/multibody/joints/actuators.hpp"
+#include "amontons/multibody/joints/joints.hpp"
+#include "multibody/bodies/fluid.hpp"
+#include "multibody/joints/stiffening.hpp"
+#include "multibody/kinematics/joint_forces.hpp"
+
+namespace amontons {
+
+static void make_free_velocities(const StepSetting& step, const State& state, Observed& o) {
+  make_free_velocities(step.model, state, step.h, o.frames, o.mobility, o.start, o.loads, step.damped, o.free,
+                       o.spins);
+}
+
+// The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
+// would turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy
+// ones.
+static void foresee(Observed& o) {
+  o.foreseen = o.free;
+  for (std::size_t i = 0; i < o.foreseen.size(); ++i) {
+    o.foreseen[i].linear -= o.mobility[i].inverse_mass * o.efforts[i].force;
+    o.foreseen[i].angular -= o.mobility[i].inverse_inertia * o.efforts[i].torque;
+  }
+}
+
+void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
+  const Model& model = step.model;
+  const double h = step.h;
+  place_bodies(model, state, o.frames, o.mobility, o.start);
+  update_coordinates(model, o.frames, state);
+  place_joints(model, o.frames, state, o.joints);
+  o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
+  // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
+  // added here.
+  o.loads.assign(model.bodies(), BodyImpulse{});
+  add_motor_loads(model, o.joints, state, h, o.loads);
+  add_joint_forces(step.tree, o.frames, o.joints, state, h, o.loads);
+  add_actuator_loads(model, o.frames, o.joints, o.start, state, h, o.loads);
+  o.efforts = o.loads;
+  add_fluid_loads(model, o.frames, o.mobility, o.start, h, o.loads);
+  make_free_velocities(step, state, o);
+  foresee(o);
+  clock.lap(&Timings::assembly);
+  o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
+  for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
+  clock.lap(&Timings::collision);
+}
+
+void stiffen(const StepSetting& step, const State& state, Observed& o) {
+  o.stiffened = o.mobility;
+  o.is_stiffened = stiffen_rotations(step.model, state, step.h, o.frames, o.joints, o.stiffness, o.stiffened);
+}
+
+void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& o) {
+  if (o.is_stiffened) o.mobility = o.stiffened;
+  if (bounced || o.is_stiffened) make_free_velocities(step, state, o);
+}
+
+}  // namespace amontons

@@ -1,0 +1,50 @@
+// Stage 1 of a step: bodies, joints, free velocities and contacts, before any impulse.
+#pragma once
+#include <vector>
+
+#include "amontons/multibody/joints/coordinates.hpp"
+#include "multibody/bodies/motion.hpp"
+#include "multibody/contacts/contact_finder.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/step/clock.hpp"
+#include "multibody/step/setting.hpp"
+
+namespace amontons {
+
+// Errors of the poses at the start of a step: of joints, of couplings and tendons (m), of contacts (m, >= 0).
+struct PositionErrors {
+  JointError joint;
+  double line = 0, penetration = 0;
+};
+
+// Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
+// start, free (with all loads, without impulses), and foreseen (free without efforts along joints).
+struct Observed {
+  BodyFrames frames;
+  JointContexts joints;
+  PositionErrors errors;
+  BodyMobilities mobility;
+  BodyVelocities start, free, foreseen;
+  std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
+  std::vector<GyroscopicSpin> spins;
+  std::vector<Contact> contacts;
+  ContactFinder finder;  // later searches of the step go on from the first
+  // Mobility with light links stiffened, in force after the impacts; the stiffness is scratch.
+  BodyMobilities stiffened;
+  bool is_stiffened = false;
+  std::vector<Mat3> stiffness;
+  std::vector<JointWrench> impacts;  // of the locked directions of each joint, at the start of the step
+  StepBodies bodies() const { return {frames, mobility, start, free}; }
+};
+
+// Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
+// the state follow its poses.
+void observe(const StepSetting& step, StepClock& clock, State& state, Observed& observed);
+
+// Stiffens light links under high tension; in force after the impacts.
+void stiffen(const StepSetting& step, const State& state, Observed& observed);
+
+// After impacts: the mobility is that with stiff links, and free velocities follow from the start velocities.
+void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& observed);
+
+}  // namespace amontons

@@ -1,0 +1,81 @@
+#include "multibody/step/pose.hpp"
+
+#include <algorithm>
+
+#include "amontons/base/ablation.hpp"
+#include "amontons/multibody/joints/joints.hpp"
+#include "multibody/contacts/warm_start.hpp"
+#include "multibody/step/policy.hpp"
+#include "multibody/step/positions.hpp"
+
+namespace amontons {
+
+Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contacts, std::size_t joint_rows) {
+  const double length = step.model.length(), error = allowed_error(length);
+  const double fall = step.h * norm(step.model.description().gravity);
+  const bool keeps_closed = step.recovery > 0 || !step.damped;
+  const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return !off("deep") && c.gap < -2 * error && !(c.material.compliance > 0);
+  });
+  const bool few = off("slack") || 3 * contacts.size() + joint_rows <= step::few_rows;
+  const double drift = step::steps_of_slack * step.options.tolerance * fall * step.h;
+  return {.h = step.h,
+          .recovery_speed = step.recovery,
+          .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
+          .most_closed = error,
+          .slack = few ? 0 : std::min(drift, step::most_slack * length)};
+}
+
+double enough_of_a_turn(const StepSetting& step) {
+  return step::least_turn * step.h * norm(step.model.description().gravity);
+}
+
+// The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
+// impulses are scaled by the ratio of the steps.
+static void warm_start(const StepSetting& step, const State& state, const Observed& o, StepProblem& posed) {
+  posed.x0.clear();
+  if (!step.options.warm_start || !(state.impulse_step > 0)) return;
+  const double scale = step.h / state.impulse_step;
+  warm_start_contacts(step.model, state.contacts, scale, o.frames, o.contacts, posed.x0);
+  for (double x : posed.rows.x0) posed.x0.push_back(scale * x);
+}
+
+// Contacts turn with the velocities that the impulses of the last step would give: for smooth motion a
+// prediction of second order. Without such impulses, with the velocities at the start.
+static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
+  BodyVelocities& v = posed.predicted;
+  v = posed.x0.empty() ? o.start : o.free;
+  if (!posed.x0.empty()) apply_impulses(*posed.problem, posed.x0, v);
+  turn_contacts({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.finder,
+                posed.turns, *posed.problem);
+}
+
+void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
+  const Model& model = step.model;
+  posed.rows.clear();
+  append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(), posed.rows);
+  if (!step.damped)
+    reflect_joints({model, o.frames, o.joints, o.start, o.spins, o.contacts, step.h}, state, posed.rows,
+                   posed.smooth);
+  if (state.impulse_step > 0)
+    hold_contacts(model, state.contacts, step.h / state.impulse_step, o.frames, o.contacts);
+  posed.assembly = assembly_of(step, o.contacts, posed.rows.tags.size());
+  if (!posed.problem) posed.problem = std::make_shared<Problem>();
+  posed.problem->law = step.options.law;
+  assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
+  warm_start(step, state, o, posed);
+  posed.turns.added.clear();
+  if (!step.damped && !o.contacts.empty() && !clock.over(2 * clock.search) && !off("turn contacts"))
+    turn_ahead(step, o, posed);
+}
+
+void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepProblem& posed) {
+  std::size_t before = 0, added = 0;
+  for (std::size_t i = 0; i < o.contacts.size(); ++i)
+    (i < known ? before : added) += static_cast<std::size_t>(o.contacts[i].rows);
+  posed.x0 = x;
+  posed.x0.insert(posed.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
+  assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
+}
+
+}  // namespace amontons

@@ -1,0 +1,24 @@
+#pragma once
+#include "amontons/multibody/joints/rows.hpp"
+#include "amontons/multibody/kinematics/tree.hpp"
+#include "amontons/multibody/model/model.hpp"
+#include "amontons/multibody/step/simulation_options.hpp"
+
+namespace amontons {
+
+// Constant during a step of length h. The speeds and the margin are those of the options, with
+// automatic values replaced.
+struct StepSetting {
+  const Model& model;
+  const Tree& tree;
+  const SimulationOptions& options;
+  double h;             // s, of this part of the step; options.dt is the whole step
+  bool damped = false;  // of first order: the step may lose but never gain energy
+  double margin;        // m
+  double recovery = 0;  // m/s, of the correction of position errors by velocities
+  double displacing;    // m/s, limit of the correction of position errors by displacement
+  double restitution;   // m/s, slower approaches do not bounce
+  JointOptions joint_options() const { return {h, recovery, model.length()}; }
+};
+
+}  // namespace amontons

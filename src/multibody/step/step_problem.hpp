@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "amontons/problem/problem.hpp"
+#include "amontons/solvers/driver/solution.hpp"
+#include "multibody/step/assemble.hpp"
+#include "multibody/step/energy.hpp"
+#include "multibody/step/second_order.hpp"
+
+namespace amontons {
+
+// The variational inequality of a step, the result of stage 4.
+struct StepProblem {
+  JointRows rows;
+  Assembly assembly{};
+  std::vector<double> x0;  // start of the next solve; empty: zero
+  std::shared_ptr<Problem> problem;
+  ContactTurns turns;        // contained in b
+  BodyVelocities predicted;  // scratch
+  SmoothScratch smooth;
+};
+
+// Its solution, the result of stages 5 to 7.
+struct Solved {
+  Solution solution;
+  BodyVelocities after;
+  EnergyBalance balance{};
+  StepPath path = StepPath::accurate;
+  EnergyScratch energy;
+};
+
+}  // namespace amontons

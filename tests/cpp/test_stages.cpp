@@ -1,0 +1,301 @@
+// The stages of a step, each alone, without a Simulation, against closed forms.
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "amontons/multibody/kinematics/motion.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+#include "check.hpp"
+#include "multibody/step/impacts.hpp"
+#include "multibody/step/lookahead.hpp"
+#include "multibody/step/move_on.hpp"
+#include "multibody/step/pose.hpp"
+#include "multibody/step/positions.hpp"
+#include "multibody/step/safe_step.hpp"
+
+using namespace amontons;
+
+namespace {
+
+constexpr double g = 10, h = 0.01, radius = 0.5;
+
+Index add_body(ModelDescription& d, double mass, Shape shape, const Vec3& position, const Vec3& velocity,
+               const Material& material) {
+  Body body;
+  body.mass = mass;
+  body.inertia = Mat3::diagonal(mass, mass, mass);
+  body.pose.position = position;
+  body.linear_velocity = velocity;
+  Geom geom;
+  geom.body = static_cast<Index>(d.bodies.size());
+  geom.shape = std::move(shape);
+  geom.material = material;
+  d.bodies.push_back(body);
+  d.geoms.push_back(geom);
+  return geom.body;
+}
+
+ModelDescription ground(const Material& material = {.friction = 0.5}) {
+  ModelDescription d;
+  d.gravity = {0, 0, -g};
+  Geom floor;
+  floor.shape = Plane{};
+  floor.material = material;
+  d.geoms.push_back(floor);
+  return d;
+}
+
+// A sphere of 2 kg over the ground.
+ModelDescription sphere_at(double gap, double velocity, double restitution = 0) {
+  const Material material{.friction = 0.5, .restitution = restitution};
+  ModelDescription d = ground(material);
+  add_body(d, 2, Sphere{radius}, {0, 0, radius + gap}, {0, 0, velocity}, material);
+  return d;
+}
+
+// A box of 2 kg, a metre wide, on or over the ground.
+ModelDescription box_at(double gap) {
+  ModelDescription d = ground();
+  add_body(d, 2, Box{{0.5, 0.5, 0.5}}, {0, 0, 0.5 + gap}, {}, {.friction = 0.5});
+  return d;
+}
+
+// The values of a step, and all that its stages need.
+struct Stages {
+  std::shared_ptr<const Model> model;
+  Tree tree;
+  SimulationOptions options;
+  StepSetting step;
+  StepClock clock{infinity};
+  StepSums sums;
+  State state;
+  Elimination elimination, others;
+  Observed observed;
+  StepProblem posed;
+  Solved solved;
+  StepSolver solver{
+      .simulation = options, .clock = clock, .elimination = elimination, .sums = sums, .fastest = {g * h, 0}};
+
+  explicit Stages(const ModelDescription& d)
+      : model(std::make_shared<const Model>(d)),
+        tree(model),
+        step{.model = *model,
+             .tree = tree,
+             .options = options,
+             .h = h,
+             .margin = 0.02 * model->length(),
+             .displacing = 10 * model->length(),
+             .restitution = 4 * g * h},
+        state(initial_state(*model)) {
+    options.dt = h;
+    options.tolerance = 1e-10;
+    state.joint_forces.resize(tree.nv());
+  }
+  void observe() { amontons::observe(step, clock, state, observed); }
+  void before_solve() {
+    observe();
+    correct(step, clock, others, state, observed, sums);
+    end_impacts(step, resolve_impacts(step, solver, state, observed), state, observed);
+    pose(step, clock, state, observed, posed);
+  }
+  void solve() { amontons::solve(step, solver, observed, posed, solved); }
+  double normal_impulse(std::size_t contact = 0) const {
+    return solved.solution.x[posed.problem->graph.first_row[contact]];
+  }
+};
+
+bool same_bits(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  return a.size() == b.size() && !std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3));
+}
+
+}  // namespace
+
+// Breaks when a load is lost, when contacts are searched along other velocities than the free ones, or when
+// an overlap is not measured. The sphere falls by g h^2 = 1 mm within the step, and the margin is 0: only the
+// fall finds the contact.
+TEST(observe_finds_what_free_velocities_close) {
+  for (const double gap : {-0.002, 0.0009, 0.0011}) {
+    Stages s(sphere_at(gap, 0));
+    s.step.margin = 0;
+    s.observe();
+    CHECK_NEAR(s.observed.start[0].linear.z, 0, 0);
+    CHECK_NEAR(s.observed.free[0].linear.z, -g * h, 1e-15);
+    CHECK(s.observed.contacts.size() == (gap < 0.001 ? 1u : 0u));
+    CHECK_NEAR(s.observed.errors.penetration, std::max(0.0, -gap), 1e-12);
+  }
+}
+
+// Breaks when an overlap is not removed, when its removal becomes a velocity, or when contacts are those
+// before it: those that are observed afterwards touch. Inequalities are soft by a thousandth of the error.
+TEST(correct_displaces_and_keeps_velocities) {
+  Stages s(box_at(-0.02));
+  s.observe();
+  CHECK(correct(s.step, s.clock, s.others, s.state, s.observed, s.sums));
+  CHECK(s.sums.solves == 1);
+  CHECK_NEAR(s.state.positions[0].z, 0.5, 0.02 * 2e-3 + allowed_error(s.model->length()));
+  CHECK_NEAR(norm(s.state.linear_velocities[0]), 0, 0);
+  CHECK(s.observed.contacts.size() == 4);
+  for (const Contact& c : s.observed.contacts) CHECK_NEAR(c.gap, s.state.positions[0].z - 0.5, 1e-12);
+  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.sums));
+}
+
+// Newton's law of impact: u+ = -e u-, impulse m (1 + e) u-. Breaks when free velocities do not follow the
+// start velocities, or when slow approaches bounce.
+TEST(impacts_reverse_the_approach) {
+  Stages s(sphere_at(0, -3, 0.5));
+  s.observe();
+  const bool bounced = resolve_impacts(s.step, s.solver, s.state, s.observed);
+  end_impacts(s.step, bounced, s.state, s.observed);
+  CHECK(bounced && s.sums.status == Status::converged && s.sums.solves == 1);
+  CHECK_NEAR(s.observed.start[0].linear.z, 1.5, 1e-9);
+  CHECK_NEAR(s.observed.free[0].linear.z, 1.5 - g * h, 1e-9);
+  CHECK_NEAR(s.observed.contacts.at(0).impulse.z, 2 * 1.5 * 3, 1e-8);
+  Stages slow(sphere_at(0, -0.3, 0.5));
+  slow.observe();
+  CHECK(!resolve_impacts(slow.step, slow.solver, slow.state, slow.observed));
+  CHECK_NEAR(slow.observed.start[0].linear.z, -0.3, 0);
+}
+
+// b is the free velocity plus the velocity that closes the gap. Breaks when either is lost, and when a start
+// is not scaled with the length of the step: twice the step needs twice the impulse.
+TEST(pose_makes_the_complete_problem) {
+  constexpr double gap = 2e-4;
+  Stages s(sphere_at(gap, 0));
+  s.before_solve();
+  const Problem& problem = *s.posed.problem;
+  CHECK(problem.rows() == 3 && s.posed.x0.empty());
+  CHECK_NEAR(problem.b[0], -g * h + gap / h, 1e-12);
+  constexpr double arm = radius + gap / 2;  // to the middle of the gap; the inertia is 2 kg m^2
+  CHECK_NEAR(problem.P[0], (1.0 / 2 + 2 * (1.0 / 2 + arm * arm / 2)) / 3, 1e-12);
+  s.solve();
+  const double impulse = s.normal_impulse();
+  move_on(s.step, s.posed, s.solved, s.observed, s.state);
+  s.step.h = 2 * h;
+  s.before_solve();
+  CHECK(s.posed.x0.size() == 3);
+  CHECK_NEAR(s.posed.x0.at(0), 2 * impulse, 1e-12);
+}
+
+// The impulses of a box at rest are its weight times h. Breaks when the velocities do not follow from the
+// impulses, or a solve is not counted.
+TEST(solve_balances_the_weight) {
+  Stages s(box_at(0));
+  s.before_solve();
+  s.solve();
+  double sum = 0;
+  for (std::size_t i = 0; i < s.observed.contacts.size(); ++i) sum += s.normal_impulse(i);
+  CHECK(s.solved.solution.status == Status::converged && s.sums.solves == 1);
+  CHECK_NEAR(sum, 2 * g * h, 1e-9);
+  CHECK_NEAR(norm(s.solved.after[0].linear), 0, 1e-9);
+}
+
+// A ball strikes another, which reaches a wall behind it within the step. Nobody could foresee that contact:
+// the free velocity of the second ball is zero. Breaks when it does not join, or its start is lost.
+TEST(look_ahead_adds_what_a_solve_leads_to) {
+  ModelDescription d;
+  d.gravity = {};
+  Geom wall;
+  wall.shape = Plane{};
+  d.geoms.push_back(wall);
+  constexpr double gap = 0.02;  // m; the struck ball moves by 0.04 m
+  add_body(d, 1, Sphere{radius}, {0, 0, radius + gap}, {}, {});
+  add_body(d, 1, Sphere{radius}, {0, 0, 3 * radius + gap}, {0, 0, -8}, {});
+  Stages s(d);
+  s.step.margin = 1e-3;
+  s.before_solve();
+  s.solve();
+  CHECK(s.observed.contacts.size() == 1);
+  CHECK_NEAR(s.solved.after[0].linear.z, -4, 1e-8);
+  look_ahead(s.step, s.solver, s.observed, s.posed, s.solved);
+  CHECK(s.observed.contacts.size() == 2 && s.solver.again && s.sums.solves == 2);
+  CHECK_NEAR(s.solved.after[0].linear.z, -gap / h, 1e-8);
+  CHECK_NEAR(s.solved.after[1].linear.z, -gap / h, 1e-8);
+}
+
+// A sphere with approach v that stops needs the impulse m (v + g h). The work of s times that impulse is
+// zero for s = 2 v / (v + g h) and positive beyond, where the sphere leaves faster than it came. Breaks when
+// energy from nothing passes, or when the safe step does not scale to that root.
+TEST(make_safe_takes_out_energy) {
+  constexpr double v = 2, start = v, stop = v + g * h;
+  Stages s(sphere_at(0, -v));
+  s.before_solve();
+  s.solve();
+  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  CHECK(s.solved.balance.holds());
+  CHECK_NEAR(s.normal_impulse(), 2 * stop, 1e-8);
+  for (double& x : s.solved.solution.x) x *= 3;
+  apply_impulses(*s.posed.problem, s.solved.solution.x, s.solved.after = s.observed.free);
+  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  CHECK(!s.solved.balance.holds());
+  make_safe(s.step, s.clock, s.elimination, s.observed, s.posed, s.solved);
+  CHECK(s.solved.balance.holds() && s.solved.path == StepPath::impulses_scaled);
+  // J = x (u- + u+) / 2 with u- = -v and u+ = -v - g h + x / m vanishes at x = m (2 v + g h).
+  CHECK_NEAR(s.normal_impulse(), 2 * (start + stop), 1e-8);
+}
+
+// Without an impulse a fast sphere would leave through the ground within the step. Breaks when bodies are not
+// stopped, or the residual is that of the impulses before.
+TEST(make_safe_stops_bodies_at_the_ground) {
+  Stages s(sphere_at(0, -20));
+  s.before_solve();
+  s.solved.solution.x.assign(3, 0.0);
+  s.solved.solution.u = s.posed.problem->b;
+  s.solved.solution.status = Status::stalled;
+  s.solved.solution.residual = 1;
+  s.solved.after = s.observed.free;
+  make_safe(s.step, s.clock, s.elimination, s.observed, s.posed, s.solved);
+  CHECK(s.solved.path == StepPath::bodies_stopped);
+  const double allowed = allowed_error(s.model->length()) / h;
+  CHECK_NEAR(s.solved.after[0].linear.z, -allowed, 1e-9);
+  CHECK_NEAR(s.normal_impulse(), 2 * (20 + g * h - allowed), 1e-8);
+  CHECK(s.solved.solution.residual < 1);
+}
+
+// Breaks when bodies move by other velocities than those after the impulses, or the next start is not stored.
+TEST(move_on_moves_by_the_velocities_after) {
+  Stages s(sphere_at(0, 0));
+  s.state.linear_velocities[0].x = 1;  // slides: friction mu m g h slows it by mu g h
+  s.before_solve();
+  s.solve();
+  const double after = s.solved.after[0].linear.x;
+  CHECK_NEAR(after, 1 - 0.5 * g * h, 1e-8);
+  move_on(s.step, s.posed, s.solved, s.observed, s.state);
+  CHECK_NEAR(s.state.positions[0].x, h * after, 1e-12);
+  CHECK_NEAR(s.state.linear_velocities[0].x, after, 1e-12);
+  CHECK_NEAR(s.observed.contacts.at(0).impulse.z, 2 * g * h, 1e-8);
+  CHECK(s.state.impulse_step == h && s.state.contacts.size() == 1);
+}
+
+// Breaks when the values of a step hide something on which the next one depends: here all but the state is
+// new in every step, and a simulation keeps it.
+TEST(values_of_a_step_are_memory_only) {
+  ModelDescription d = ground({.friction = 0.5});
+  add_body(d, 2, Box{{0.5, 0.5, 0.5}}, {0, 0, 0.52}, {1, 0, 0}, {.friction = 0.5});
+  add_body(d, 1, Sphere{0.3}, {0.1, 0, 1.4}, {}, {.friction = 0.5, .restitution = 0.6});
+  Stages first(d);
+  Simulation simulation(first.model, first.options);
+  State state = first.state;
+  for (int i = 0; i < 60; ++i) {
+    Stages s(d);
+    s.step.margin = simulation.margin();
+    s.step.displacing = simulation.recovery_speed();
+    s.step.restitution = simulation.restitution_speed();
+    s.state = state;
+    s.observe();
+    for (const BodyVelocity& v : s.observed.start) {
+      s.solver.fastest.moving = std::max(s.solver.fastest.moving, norm(v.linear) + g * h);
+      s.solver.fastest.turning = std::max(s.solver.fastest.turning, s.model->length() * norm(v.angular));
+    }
+    s.before_solve();
+    s.solve();
+    look_ahead(s.step, s.solver, s.observed, s.posed, s.solved);
+    move_on(s.step, s.posed, s.solved, s.observed, s.state);
+    state = s.state;
+    simulation.step();
+    CHECK(same_bits(state.positions, simulation.state().positions));
+    CHECK(same_bits(state.angular_velocities, simulation.state().angular_velocities));
+  }
+}
