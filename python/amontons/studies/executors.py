@@ -38,7 +38,7 @@ Ended = list[tuple[str, "Row | Died"]]
 LOOK = 1.0
 """between two counts of the workers (s)"""
 ANSWER = 5.0
-"""for a scheduler that is asked for its workers (s)"""
+"""limit for the answer of a scheduler (s)"""
 
 
 class Future(Protocol):

@@ -63,9 +63,8 @@ def sweep(
     timeout: wall clock of a run (s). It ends between two steps of a simulation; a process that does not come
         to one is killed.
     patience: how long runs wait while no worker is alive (s); then InputError, and rows that are done stay.
-        None: for ever, as for a cluster whose queue starts workers hours later. It acts where workers can be
-        counted: processes of this machine, also those of the executors of loky and concurrent.futures, and
-        workers of Dask.
+        None: without end. It acts where workers can be counted: processes of loky and concurrent.futures,
+        and workers of Dask.
     redo: statuses of rows to repeat: "failed", "timeout", "died".
     progress: a bar on standard error, if that is a terminal; it tells how many workers are alive.
 
@@ -85,9 +84,7 @@ def sweep(
     retries = integer("retries", retries, 0)
     timeout = None if timeout is None else positive_number("timeout", timeout)
     patience = None if patience is None else positive_number("patience", patience)
-    for status in redo:
-        if status not in STATUSES:
-            raise InputError(f"redo: unknown status {status!r}; known are {', '.join(STATUSES)}")
+    _require_statuses(redo)
     todo = points(grid, seeds, seeded=seeded)
     workers = _workers(executor, run, len(todo))
     names = list(todo[0].parameters) if todo else []
@@ -106,6 +103,12 @@ def sweep(
             finally:
                 rows.write(first=(p.key for p in todo))
         return rows.table(p.key for p in todo)
+
+
+def _require_statuses(redo: Collection[str]) -> None:
+    for status in redo:
+        if status not in STATUSES:
+            raise InputError(f"redo: unknown status {status!r}; known are {', '.join(STATUSES)}")
 
 
 def _drive(
