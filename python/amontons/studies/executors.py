@@ -39,12 +39,14 @@ LOOK = 1.0
 """between two counts of the workers (s)"""
 ANSWER = 5.0
 """limit for the answer of a scheduler (s)"""
+AGAIN = 0.1
+"""from a result that could not be had to the next attempt (s)"""
 
 
 class Future(Protocol):
     """The result of `submit`, as that of concurrent.futures."""
 
-    def result(self) -> Any: ...
+    def result(self, timeout: float | None = ...) -> Any: ...
     def cancel(self) -> Any: ...
     def add_done_callback(self, function: Any, /) -> Any: ...
 
@@ -105,12 +107,21 @@ class Submitted:
             if future is None:
                 continue
             try:
-                ended.append((key, future.result()))
+                # Dask can lose the result of a run that is done with its worker, and waits for another one.
+                ended.append((key, future.result(timeout=ANSWER) if self._dask else future.result()))
+            except OSError as error:  # a timeout, or a connection that broke, is one
+                if self._dask:
+                    time.sleep(AGAIN)
+                    self._futures[key] = future
+                    self._done.put(key)
+                else:
+                    ended.append((key, _died(error)))
             except CancelledError as error:  # by whoever ended the executor, or as its scheduler is gone
-                told = " ".join(f"{type(error).__name__}: {error}".split())
-                raise _lost(f"{type(self._executor).__name__} dropped its runs ({told})") from error
+                raise _lost(
+                    f"{type(self._executor).__name__} dropped its runs ({_died(error).reason})"
+                ) from error
             except Exception as error:  # the run itself raises nothing: the executor lost it
-                ended.append((key, Died(" ".join(f"{type(error).__name__}: {error}".split()))))
+                ended.append((key, _died(error)))
         return ended
 
     def alive(self) -> int | None:
@@ -202,16 +213,21 @@ class Processes:
                 slot.pool = None
 
 
+def _died(error: BaseException) -> Died:
+    return Died(" ".join(f"{type(error).__name__}: {error}".split()))
+
+
 class Attendance:
     """Counts the workers that live, and ends the wait for runs that nobody carries out."""
 
     def __init__(self, workers: Here | Submitted | Processes, patience: float | None) -> None:
         self._workers, self._patience = workers, patience
         self.count: int | None = None
+        self._nobody = False
         self._seen = self._looked = time.monotonic()
 
     def look(self, came: bool) -> None:
-        """InputError after `patience` seconds without a worker; came: a run has just ended."""
+        """Counts, where it is time; came: a run has just ended."""
         now = time.monotonic()
         if came:
             self._seen = now
@@ -223,7 +239,12 @@ class Attendance:
             self._seen = self._looked
         elif before != 0:
             logger.warning("no worker is alive; the study waits for one")
-        if self._patience is not None and self._looked - self._seen >= self._patience:
+        self._nobody = self.count == before == 0
+
+    def require(self) -> None:
+        """InputError after `patience` seconds in which no run ended and no look found a worker."""
+        late = self._patience is not None and time.monotonic() - self._seen >= self._patience
+        if self._nobody and late:
             raise _lost(f"no worker of the cluster is alive for {self._patience:g} s (patience)")
 
 
@@ -283,4 +304,4 @@ def _cause(error: Exception) -> str:
     codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
     if codes:
         return f"the worker process ended with {codes.group(1)}"
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return _died(error).reason

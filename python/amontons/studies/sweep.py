@@ -148,6 +148,7 @@ def _drive(
         rows.write_if_due()
         attendance.look(came=bool(ended))
         tell(0, 0, attendance.count)
+        attendance.require()
 
 
 def _row(point: Point, outcome: Row, attempts: int) -> Row:
