@@ -1,6 +1,7 @@
 """Shared by all tests that pytest runs."""
 
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -19,6 +20,10 @@ except ImportError:  # Windows: there tests run one after another
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 sys.path.append(str(ROOT / "tools" / "website"))  # names that others might have, too: last
+
+# A shell starts what runs in the background with Ctrl-C ignored, which programs that tests start would inherit.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Wall-clock limits per example would fail on a loaded machine. In CI examples are the same in every run.
 settings.register_profile("local", deadline=None, suppress_health_check=[HealthCheck.too_slow])
