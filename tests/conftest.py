@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 sys.path.append(str(ROOT / "tools" / "website"))  # names that others might have, too: last
 
-# A shell starts what runs in the background with Ctrl-C ignored, which programs that tests start would inherit.
+# A shell starts what runs in the background with Ctrl-C ignored; programs that tests start would inherit it.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
