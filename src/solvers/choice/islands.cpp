@@ -159,7 +159,7 @@ void add_part(Solution& total, const Solution& s, const Part& part, double toler
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || options.history || options.callback) return method(problem, options);
+  if (!A || A->constrained || options.history || options.callback) return method(problem, options);
   std::vector<Index> island;
   // A warm start, options and law go to every part. The parts are solved in turn, so that results do not
   // depend on threads, and only the memory of one part is in use at a time.
