@@ -166,6 +166,7 @@ sanitize: .venv/.requirements
 # Before a release, beside .ci/run: what takes an hour or more. The preset dev compiles source by source.
 release_checks: install
 	@$(BIN)/python tools/check_tables.py
+	@$(BIN)/python -m pytest -q -m slow_machine
 	@cmake --preset dev >/dev/null && cmake --build build/dev --target amontons amontons_tests -j $(JOBS)
 	@SOAK_SECONDS=$(SANITIZED_SOAK_SECONDS) SOAK_SEED=$(SOAK_SEED) JOBS=$(JOBS) tools/sanitize asan --python
 	@$(MAKE) --no-print-directory soak wheel
