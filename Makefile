@@ -93,7 +93,9 @@ quick_room:
 browser: install
 	@command -v chromium chromium-browser google-chrome >/dev/null \
 	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
-	  || echo 'no browser could be installed (build/browser.log); the tests of the page are skipped'
+	  || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null \
+	    && { apt-get update && apt-get install -y --no-install-recommends chromium; } >>build/browser.log 2>&1; } \
+	  || echo 'no browser could be installed (build/browser.log): apt-get install chromium as root; the tests of pages are skipped'
 
 # OpenCL on the processor for the tests of devices, where the platform has it; else these tests are skipped.
 pocl: install

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from skipped import pytest_sessionfinish, pytest_terminal_summary  # noqa: F401
 
 try:
     import fcntl

@@ -100,7 +100,7 @@ def test_gallery_shows_every_scene(root):
         ("```sh\nmake nothing\n```", "make has no target nothing"),
         ("```sh\namontons nothing x\n```", "there is no command amontons nothing"),
         ("run `amontons run wall --nothing 3`", "amontons run has no option --nothing"),
-        ("```\n$ amontons bench paper --nothing\n```", "amontons paper has no option --nothing"),
+        ("```\n$ amontons compare --nothing\n```", "amontons compare has no option --nothing"),
         ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
         ("```math\nx \\tag{2}\n```", "equations are numbered 2"),
         ("as in docs/algorithm.md (7)", "no equation (7) in docs/algorithm.md"),

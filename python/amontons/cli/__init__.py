@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from .. import __version__
-from .bench import bench
 from .common import NOT_CONVERGED, complain, out, show_log
 from .compare import compare
 from .doctor import doctor
@@ -33,7 +32,6 @@ for command in (run, view, scenes, export, plot, sweep):
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)
 app.command(rich_help_panel="Installation")(doctor)
-app.add_typer(bench, name="bench", rich_help_panel="Benchmarks")
 
 
 def main() -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from amontons.problem.problem import Problem
+from amontons.report.comparison import Run, compare
 
-from ...problem.problem import Problem
-from ..comparison import Run, compare
 from .cases import Case
 
 LEVEL = 1e-4

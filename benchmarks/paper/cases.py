@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...problem.problem import Problem
-from ...scenes import get, make
-from ...simulation.simulation import Simulation
-from ..picture import Frame
-from ..touch import touched
+from amontons.problem.problem import Problem
+from amontons.report.picture import Frame
+from amontons.report.touch import touched
+from amontons.scenes import get, make
+from amontons.simulation.simulation import Simulation
 
 SOLVES: dict[str, Any] = {"tolerance": 1e-3, "max_iterations": 600, "on_failure": "ignore"}
 """Options of the steps before the measured one: plausible states at a bounded cost."""

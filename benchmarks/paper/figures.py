@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from amontons.report.figures import STYLES
+from amontons.report.plotting import Axes, NullFormatter, plt
+from amontons.report.whole import save_figure
 
-from ..figures import STYLES
-from ..plotting import Axes, NullFormatter, plt
-from ..whole import save_figure
 from .measure import LEVEL, PRODUCTS, Trace
 
 

@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from amontons import __version__
+from amontons.io.files import write_whole
+from amontons.report.comparison import Run, compare, single_methods, write_csv
+from amontons.report.figures import convergence_figures
+from amontons.report.picture import View
+from amontons.report.snapshots import snapshots_figure
+from amontons.report.whole import csv_bytes
+from common import processor
 
-from ...io.files import write_whole
-from ..comparison import Run, compare, single_methods, write_csv
-from ..figures import convergence_figures
-from ..picture import View
-from ..snapshots import snapshots_figure
-from ..whole import csv_bytes
 from . import cases
 from .cases import Case, Plan
 from .figures import cost_figure, objective_figure
@@ -124,8 +126,6 @@ def _write(path: Path, rows: Iterable[dict[str, Any]]) -> None:
 def _page(
     found: Sequence[Case], traced: Trace, runs: Sequence[Run], plan: Plan, law: str, command: str
 ) -> Iterable[str]:
-    from ... import __version__
-
     yield "# The benchmarks of the P-SPG-FB paper\n"
     yield f"Made by `{command}`, amontons {__version__}, {_machine()}."
     yield (
@@ -174,10 +174,4 @@ def _levels(runs: Sequence[Run]) -> Iterable[str]:
 
 
 def _machine() -> str:
-    name = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        name = next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return f"{name}, Python {platform.python_version()}, NumPy {np.__version__}"
+    return f"{processor()}, Python {platform.python_version()}, NumPy {np.__version__}"
