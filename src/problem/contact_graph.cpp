@@ -50,7 +50,8 @@ ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
 // ground are separate islands.
 std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) {
   const std::size_t bodies = graph.bodies();
-  std::vector<Index> parent(bodies + 1);
+  static thread_local std::vector<Index> parent, number;  // kept: a step at rest allocates nothing
+  parent.resize(bodies + 1);
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index body) {
     Index i = body < 0 ? static_cast<Index>(bodies) : body;
@@ -60,7 +61,7 @@ std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) 
   for (const ContactGraph::Link& link : graph.links)
     if (link.a >= 0 && link.b >= 0) parent[root(link.a)] = root(link.b);
   // Numbers follow the first appearance of the islands, so they depend only on the order of the blocks.
-  std::vector<Index> number(bodies + 1, -1);
+  number.assign(bodies + 1, -1);
   Index count = 0;
   island.resize(graph.links.size());
   for (std::size_t k = 0; k < island.size(); ++k) {

@@ -9,7 +9,7 @@ namespace amontons {
 void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
   const bool in_time = !solver.clock.over();
-  find_rest(step, o, *posed.problem, posed.x0, solved.solution, solved.rest);
+  find_rest(step, o, *posed.problem, solver.again, posed.x0, solved.solution, solved.rest);
   solved.solution =
       solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
   solved.after = o.free;

@@ -11,6 +11,12 @@ namespace amontons {
 
 namespace {
 
+// Quotient of two natural maps: that of two zeros is zero.
+double quotient(double map, double at_zero) {
+  constexpr double least = 1e-300;  // not tuned: above zero
+  return map / std::max(at_zero, least);
+}
+
 // Whether an island may still rest.
 bool may_any(const Rest& rest) {
   return std::find(rest.rests.begin(), rest.rests.end(), 1) != rest.rests.end();
@@ -35,18 +41,27 @@ void place(const ContactGraph& graph, std::size_t bodies, double slow, Rest& res
   for (double& s : rest.slow) s = slow * std::sqrt(s);
 }
 
-// Islands with a body that is not slow do not rest. Driven bodies have no island: all that touch them look.
-void keep_slow(const StepSetting& step, const ContactSystem& A, const BodyVelocities& v, Rest& rest) {
-  const double length = step.model.length();
+// Islands with a body that is not slow do not rest.
+void keep_slow(double length, const BodyVelocities& v, Rest& rest) {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (rest.home[i] >= 0 && !is_slow(v[i], length, rest.slow[rest.home[i]])) rest.rests[rest.home[i]] = 0;
-  const auto look = [&](Index body, Index island) {
-    if (body < 0 || body >= static_cast<Index>(v.size()) || rest.home[body] >= 0) return;
-    if (!is_slow(v[body], length, rest.slow[island])) rest.rests[island] = 0;
+}
+
+// Nor do islands that touch a driven body that is not slow. Such bodies have no island.
+void keep_undriven(const Model& model, const ContactSystem& A, const BodyVelocities& v, Rest& rest) {
+  const auto drives = [&](Index body, double slow) {
+    return body >= 0 && body < static_cast<Index>(v.size()) && rest.home[body] < 0 &&
+           !is_slow(v[body], model.length(), slow);
   };
+  bool any = false;
+  for (std::size_t i = 0; i < v.size(); ++i) any |= drives(static_cast<Index>(i), 0);
+  if (!any) return;
   const auto look_at = [&](const auto& blocks, std::size_t first) {
-    for (std::size_t i = 0; i < blocks.size(); ++i)
-      for (const Index body : {blocks[i].body_a, blocks[i].body_b}) look(body, rest.island[first + i]);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const Index island = rest.island[first + i];
+      if (drives(blocks[i].body_a, rest.slow[island]) || drives(blocks[i].body_b, rest.slow[island]))
+        rest.rests[island] = 0;
+    }
   };
   look_at(A.contacts, 0);
   look_at(A.jacobian, A.contacts.size());
@@ -67,8 +82,18 @@ void keep_solved(const Problem& problem, Law law, double tolerance, const Soluti
     rest.map_at_zero[i] += natural_map_squared(set, problem.P[block], zero, g);
   });
   for (std::size_t i = 0; i < rest.rests.size(); ++i) {
-    const double at_zero = std::max(std::sqrt(rest.map_at_zero[i]), 1e-300);
-    if (!(std::sqrt(rest.map[i]) / at_zero <= tolerance)) rest.rests[i] = 0;
+    const double missed = quotient(std::sqrt(rest.map[i]), std::sqrt(rest.map_at_zero[i]));
+    if (!(missed <= tolerance)) rest.rests[i] = 0;
+  }
+}
+
+// The start and b of the islands that move: without new contacts, contacts that turn change b alone, and none
+// turns where all rest.
+void go_on(const Problem& problem, const std::vector<double>& x0, Rest& rest) {
+  rest.x0.resize(rest.part.rows.size());
+  for (std::size_t k = 0; k < rest.x0.size(); ++k) {
+    rest.x0[k] = x0[rest.part.rows[k]];
+    rest.part.problem.b[k] = problem.b[rest.part.rows[k]];
   }
 }
 
@@ -80,7 +105,7 @@ double Rest::residual(Maps others) const {
     sum += rests[i] ? map[i] : 0;
     sum_at_zero += rests[i] ? map_at_zero[i] : 0;
   }
-  return std::sqrt(sum) / std::max(std::sqrt(sum_at_zero), 1e-300);
+  return quotient(std::sqrt(sum), std::sqrt(sum_at_zero));
 }
 
 void form_start(const Problem& problem, std::span<const double> x0, Solution& s) {
@@ -91,8 +116,10 @@ void form_start(const Problem& problem, std::span<const double> x0, Solution& s)
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
 }
 
-void find_rest(const StepSetting& step, const Observed& o, const Problem& problem,
+void find_rest(const StepSetting& step, const Observed& o, const Problem& problem, bool again,
                const std::vector<double>& x0, Solution& start, Rest& rest) {
+  if (again && rest.any && !rest.moving.empty() && rest.island.size() == problem.K.blocks())
+    return go_on(problem, x0, rest);
   rest.any = false;
   rest.moving.clear();
   if (off("at rest") || x0.empty() || o.contacts.empty()) return;
@@ -109,11 +136,12 @@ void find_rest(const StepSetting& step, const Observed& o, const Problem& proble
   place(problem.graph, model.bodies(), slow, rest);
   rest.rests.assign(rest.slow.size(), 0);
   for (std::size_t i = 0; i < A.contacts.size(); ++i) rest.rests[rest.island[i]] = 1;
-  keep_slow(step, A, o.start, rest);
+  keep_slow(model.length(), o.start, rest);
+  keep_undriven(model, A, o.start, rest);
   if (!may_any(rest)) return;
   rest.v = o.free;
   apply_impulses(problem, x0, rest.v);
-  keep_slow(step, A, rest.v, rest);
+  keep_slow(model.length(), rest.v, rest);
   if (!may_any(rest)) return;
   form_start(problem, x0, start);
   keep_solved(problem, step.options.law, step.options.tolerance, start, rest);
@@ -122,8 +150,7 @@ void find_rest(const StepSetting& step, const Observed& o, const Problem& proble
   rest.any = may_any(rest) && (rest.moving.empty() || !step.options.own_method);
   if (!rest.any || rest.moving.empty()) return;
   extract(problem, rest.moving, rest.number, rest.part);
-  rest.x0.clear();
-  for (const std::size_t row : rest.part.rows) rest.x0.push_back(x0[row]);
+  go_on(problem, x0, rest);
 }
 
 // Driven bodies keep their velocities.

@@ -35,7 +35,8 @@ struct Rest {
 // error of such a start. Then the start is accepted and the bodies are stopped. Otherwise their velocities
 // would stay in the state, later starts would add their errors, and the island would never rest. While
 // anything of it moves, its balance of forces stays exact. If any rests, `start` becomes x0 with its u.
-void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem,
+// `again`: x0 is the solution of an earlier solve of the step, beside which the islands of `rest` rested.
+void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
                const std::vector<double>& x0, Solution& start, Rest& rest);
 // Projects the start x0 and forms its u.
 void form_start(const Problem& problem, std::span<const double> x0, Solution& s);

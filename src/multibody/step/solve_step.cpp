@@ -203,8 +203,8 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   return solve_for_light_bodies(solver, problem, std::move(s));
 }
 
-// Adds the rows at rest, of `s`, to the solution of the others. What these missed may be within the tolerance
-// of the whole. `s` and `part` exchange their memory.
+// Adds the rows at rest, of `s`, to the solution of the others. An error that these left may be within the
+// tolerance of the whole. `s` and `part` exchange their memory.
 static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solution& part) {
   const double at_zero = natural_map_at_zero(rest.part.problem, solver.simulation.law);
   const double residual = rest.residual({part.residual * at_zero, at_zero});
@@ -220,17 +220,18 @@ static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solut
   std::swap(s, part);
 }
 
+// No search for errors of light bodies among those at rest: each of their velocities is known to be slow.
 Solution solve_beside(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                       const Rest& rest, Solution start, Solution& part) {
   if (!rest.any) return solve_step(solver, problem, x0, std::move(start));
   if (rest.all()) {
     start = accepted(problem, std::move(start), rest.residual({}));
     solver.sums.add_cost(start);
-  } else {
-    part = solve_step(solver, rest.part.problem, rest.x0, std::move(part));
-    merge(solver, rest, start, part);
+    return start;
   }
-  return solve_for_light_bodies(solver, problem, std::move(start));
+  part = solve_step(solver, rest.part.problem, rest.x0, std::move(part));
+  merge(solver, rest, start, part);
+  return start;
 }
 
 }  // namespace amontons
