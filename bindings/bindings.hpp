@@ -73,6 +73,15 @@ struct OperatorHandle {
   }
 };
 
+// Returns a simulation that no other thread is stepping. Data that a step changes are read and written under
+// the lock of the interpreter, which a step does not hold.
+template <class S>
+S& idle(S& s) {
+  AMONTONS_REQUIRE(!s.stepping(),
+                   "this simulation is in the middle of a step on another thread; give each thread a copy");
+  return s;
+}
+
 const char* name_of(Status status);
 
 // Set while a solve runs on this thread. A Ctrl-C inside a Python product is stored here until the solver
@@ -94,6 +103,7 @@ void bind_shapes(nb::module_& m);
 void bind_model(nb::module_& m);
 void bind_state(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_tables(nb::module_& m);
 void bind_kinematics(nb::module_& m);
 void bind_worlds(nb::module_& m);
 void bind_picture(nb::module_& m);

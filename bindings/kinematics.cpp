@@ -96,11 +96,33 @@ OutVector line(const Tree& tree, const Simulation& s, Index tendon) {
   return to_numpy(tendon_jacobian(tree, s.state(), pose_of(tree, s.state(), q), q, tendon));
 }
 
-OutMatrix jacobian(const Tree& tree, const Simulation& s, Index body, const Vec3& point) {
+// A body, or the world, and a point in its frame, in world coordinates.
+Vec3 place_of(const Simulation& s, Index body, const Vec3& point) {
   AMONTONS_REQUIRE(body >= world && body < static_cast<Index>(s.model().bodies()),
                    "jacobian: there is no such body");
-  return to_numpy(point_jacobian(tree, present_pose(tree, s), body, point),
+  return body == world ? point : Transform{s.state().positions[body], s.state().orientations[body]}(point);
+}
+
+OutMatrix jacobian(const Tree& tree, const Simulation& s, Index body, const Vec3& point) {
+  return to_numpy(point_jacobian(tree, present_pose(tree, s), body, place_of(s, body, point)),
                   std::max<std::size_t>(tree.nv(), 1));
+}
+
+// (n, 6, nv): the same of the origins of frames on bodies.
+nb::ndarray<nb::numpy, double, nb::ndim<3>> jacobians(const Tree& tree, const Simulation& s,
+                                                      const IndexVector& bodies, const Matrix& points) {
+  const std::size_t n = bodies.shape(0);
+  AMONTONS_REQUIRE(points.shape(0) == n && points.shape(1) >= 3, "points needs a row for each body");
+  const TreePose pose = present_pose(tree, s);
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 at = place_of(s, bodies(i), {points(i, 0), points(i, 1), points(i, 2)});
+    const std::vector<double> own = point_jacobian(tree, pose, bodies(i), at);
+    rows.insert(rows.end(), own.begin(), own.end());
+  }
+  auto* owner = new std::vector<double>(std::move(rows));
+  nb::capsule capsule(owner, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+  return nb::ndarray<nb::numpy, double, nb::ndim<3>>(owner->data(), {n, 6, tree.nv()}, capsule);
 }
 
 OutVector inverse(const Tree& tree, const Simulation& s, const Vector& qdd) {
@@ -191,7 +213,9 @@ void bind_kinematics(nb::module_& m) {
       .def("set_q", &set_q, nb::arg("simulation"), nb::arg("q"), nb::arg("held"))
       .def("set_qd", &set_qd, nb::arg("simulation"), nb::arg("qd"), nb::arg("held"))
       .def("joint_coordinates", &joint_coordinates, nb::arg("simulation"))
-      .def("jacobian", &jacobian, nb::arg("simulation"), nb::arg("body"), nb::arg("point"))
+      .def("jacobian", &jacobian, nb::arg("simulation"), nb::arg("body"), nb::arg("point"),
+           "Of a point in the frame of the body.")
+      .def("jacobians", &jacobians, nb::arg("simulation"), nb::arg("bodies"), nb::arg("points"))
       .def("mass_matrix", &matrix, nb::arg("simulation"))
       .def("tendon_jacobian", &line, nb::arg("simulation"), nb::arg("tendon"))
       .def("inverse_dynamics", &inverse, nb::arg("simulation"), nb::arg("qdd"))

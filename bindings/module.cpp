@@ -45,6 +45,7 @@ NB_MODULE(_core, m) {
   bind_model(m);
   bind_state(m);
   bind_simulation(m);
+  bind_tables(m);
   bind_kinematics(m);
   bind_worlds(m);
   bind_picture(m);

@@ -3,8 +3,6 @@
 #include <type_traits>
 
 #include "amontons/base/budget.hpp"
-#include "amontons/multibody/joints/actuators.hpp"
-#include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -30,15 +28,6 @@ const char* path_name(StepPath path) {
 }
 
 using Handle = std::shared_ptr<Simulation>;
-
-// Returns a simulation that no other thread is stepping. Data that a step changes are read and written under
-// the lock of the interpreter, which a step does not hold.
-template <class S>
-S& idle(S& s) {
-  AMONTONS_REQUIRE(!s.stepping(),
-                   "this simulation is in the middle of a step on another thread; give each thread a copy");
-  return s;
-}
 
 // Handles Ctrl-C and other signals, whose handlers Python runs on the main thread: an exception of a handler
 // ends the step, which then restores its state.
@@ -115,40 +104,6 @@ void restore(Simulation& simulation, const State& saved) {
   state.impulse_step = saved.impulse_step;
 }
 
-// One array per field of the contact table, by the names in the package.
-nb::dict contacts_of(const Simulation& s) {
-  const std::vector<Contact>& contacts = idle(s).contacts();
-  const auto vectors = [&](auto field) {
-    std::vector<double> out;
-    for (const Contact& c : contacts) {
-      const Vec3 v = field(c);
-      out.insert(out.end(), {v.x, v.y, v.z});
-    }
-    return to_numpy(std::move(out), 3);
-  };
-  const auto numbers = [&](auto field) {
-    std::vector<std::invoke_result_t<decltype(field), const Contact&>> out;
-    for (const Contact& c : contacts) out.push_back(field(c));
-    return to_numpy(std::move(out));
-  };
-  nb::dict d;
-  d["body_a"] = numbers([](const Contact& c) { return c.body_a; });
-  d["body_b"] = numbers([](const Contact& c) { return c.body_b; });
-  d["geom_a"] = numbers([](const Contact& c) { return c.geom_a; });
-  d["geom_b"] = numbers([](const Contact& c) { return c.geom_b; });
-  d["point"] = vectors([](const Contact& c) { return c.point; });
-  d["normal"] = vectors([](const Contact& c) { return c.normal; });
-  d["gap"] = numbers([](const Contact& c) { return c.gap; });
-  d["friction"] = numbers([](const Contact& c) { return c.material.friction; });
-  d["impulse"] = vectors([](const Contact& c) { return c.impulse; });
-  d["angular_impulse"] = vectors([](const Contact& c) { return c.angular_impulse; });
-  d["slip"] = vectors([](const Contact& c) { return c.slip; });
-  d["spin"] = vectors([](const Contact& c) { return c.spin; });
-  d["normal_velocity"] = numbers([](const Contact& c) { return c.normal_velocity; });
-  d["state"] = numbers([](const Contact& c) { return static_cast<Index>(c.state); });
-  return d;
-}
-
 // Pairs of geoms that began to carry a force in the last step, and pairs that ceased to: body_a, body_b,
 // geom_a, geom_b of each, (n, 4).
 nb::tuple contact_events(const Simulation& s) {
@@ -169,30 +124,6 @@ nb::tuple contact_arms(const Simulation& s) {
     b.insert(b.end(), {c.r_b.x, c.r_b.y, c.r_b.z});
   }
   return nb::make_tuple(to_numpy(std::move(a), 3), to_numpy(std::move(b), 3));
-}
-
-// Point, impulse and angular impulse of each joint in the last step, (n, 9); zeros before the first step.
-nb::ndarray<nb::numpy, double, nb::ndim<2>> joint_reactions(const Simulation& s) {
-  std::vector<double> rows;
-  for (const JointReaction& r : idle(s).joint_reactions())
-    for (const Vec3& v : {r.point, r.impulse, r.angular}) rows.insert(rows.end(), {v.x, v.y, v.z});
-  rows.resize(9 * s.model().joints());
-  return to_numpy(std::move(rows), 9);
-}
-
-// Length and rate of each line in the present state, (n, 2).
-template <auto Lines>
-nb::ndarray<nb::numpy, double, nb::ndim<2>> lines_of(const Simulation& s) {
-  BodyFrames frames;
-  BodyMobilities mobility;
-  BodyVelocities velocities;
-  place_bodies(s.model(), s.state(), frames, mobility, velocities);
-  State state = idle(s).state();
-  update_coordinates(s.model(), frames, state);
-  std::vector<double> rows;
-  for (const LineState& line : Lines(s.model(), frames, velocities, state))
-    rows.insert(rows.end(), {line.length, line.rate});
-  return to_numpy(std::move(rows), 2);
 }
 
 // A Python object that any thread may release.
@@ -224,6 +155,12 @@ StepMethod own_method(nb::object function) {
             held->object(std::make_shared<Problem>(problem), x0, std::make_shared<Options>(options)));
         return std::vector<double>(view(x).begin(), view(x).end());
       };
+}
+
+// Whether the step is sound, and no joint stays apart by more than a thousandth of Model.length.
+bool is_usual(const Report& r, double length) {
+  const double error = std::max(r.joint_error, length * r.joint_angle_error);
+  return r.advanced && r.is_sound() && (r.joints_close || r.worst_joint < 0 || error <= length / 1000);
 }
 
 void bind_options_and_report(nb::module_& m) {
@@ -262,6 +199,9 @@ void bind_options_and_report(nb::module_& m) {
       .def_ro("advanced", &Report::advanced)
       .def_prop_ro("status", [](const Report& r) { return name_of(r.status); })
       .def_prop_ro("is_sound", &Report::is_sound)
+      .def("is_usual", &is_usual, nb::arg("length"),
+           "Whether the step is sound and no joint stays apart by more than length / 1000: nothing to warn "
+           "of.")
       .def_ro("residual", &Report::residual)
       .def_prop_ro("path", [](const Report& r) { return path_name(r.path); })
       .def_ro("solves", &Report::solves)
@@ -346,15 +286,11 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("margin", &Simulation::margin)
       .def_prop_ro("recovery_speed", &Simulation::recovery_speed)
       .def_prop_ro("restitution_speed", &Simulation::restitution_speed)
-      .def_prop_ro("contacts", &contacts_of, nb::rv_policy::automatic)
       .def_prop_ro(
           "impulses", [](const Simulation& s) { return to_numpy(idle(s).impulses()); },
           nb::rv_policy::automatic)
       .def("contact_arms", &contact_arms)
       .def("contact_events", &contact_events)
-      .def("joint_reactions", &joint_reactions)
-      .def("tendon_lines", &lines_of<&tendon_lines>)
-      .def("actuator_lines", &lines_of<&actuator_lines>)
       .def_prop_ro(
           "problem", [](const Simulation& s) { return idle(s).problem(); },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
@@ -366,6 +302,7 @@ void bind_simulation(nb::module_& m) {
             return std::make_pair(at.time, to_numpy(std::move(at.q)));
           },
           "Time and generalised coordinates to which the forces of the last step belong.")
+      .def_prop_ro("instant_time", [](const Simulation& s) { return idle(s).instant_time(); })
       .def("momentum", [](const Simulation& s) {
         const Momentum p = momentum(s.model(), s.state());
         return std::make_pair(p.linear, p.angular);

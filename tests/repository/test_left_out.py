@@ -58,6 +58,7 @@ def test_ci_fails_on_what_the_machine_could_run(tmp_path, root):
         ("pyopencl is not installed; make test installs it with pocl", "OpenCL on the processor"),
         ("could not import 'griffe': No module named 'griffe'", "the site"),
         ("pip install amontons[docs]", "notebooks"),
+        ("the program that valgrind runs is not built", "counts of instructions"),
         ("no real problem files in /x; set AMONTONS_DATA to their folder", "files of other projects"),
         ("could not import 'mujoco': No module named 'mujoco'", "packages of tests"),
         ("the processor has no avx512", None),

@@ -59,6 +59,12 @@ GROUPS = (
     Group("notebooks", r"amontons\[docs\]", "make docs"),
     Group("the compiled module of a build folder", r"build/python is not there", "make install"),
     Group("ffmpeg", r"ffmpeg", "apt-get install ffmpeg (as root)", lambda: bool(shutil.which("ffmpeg"))),
+    Group(
+        "counts of instructions",
+        r"valgrind",
+        "apt-get install valgrind (as root), cmake --build build/python --target step_work",
+        lambda: False,
+    ),
     Group("Stable-Baselines3", r"Stable-Baselines3", f"{INSTALL} stable-baselines3", lambda: False),
     Group(
         "files of other projects",

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..checks import Array
 from ..model.model import Model
+from ..simulation.forces import contact_table
 from ..simulation.simulation import Simulation
 
 
@@ -115,14 +116,12 @@ class SpatialBodies:
         force (N) of the contacts on each body, means over the last step, about where that centre was then."""
         wrenches = np.zeros((len(simulations), len(self.mass) + 1, 6))
         for k, simulation in enumerate(simulations):
-            core = simulation._core  # of `simulation.contacts` only what is needed, in a tenth of the time
-            contacts = core.contacts
-            if len(contacts["gap"]) == 0 or not core.impulse_step:
+            contacts = contact_table(simulation._core, simulation.model)
+            if len(contacts) == 0:
                 continue
             centre = motion.centre[k] - simulation.dt * motion.centre_velocity[k]
-            force = contacts["impulse"] / core.impulse_step
-            torque = contacts["angular_impulse"] / core.impulse_step
-            wrench = np.hstack([np.cross(contacts["point"] - centre, force) + torque, force])
+            force = contacts["force"]
+            wrench = np.hstack([np.cross(contacts["point"] - centre, force) + contacts["torque"], force])
             for side, sign in (("geom_a", 1.0), ("geom_b", -1.0)):
                 np.add.at(wrenches[k], self.part_of_geom[contacts[side]], sign * wrench)
         wrenches[:, 0] = 0.0

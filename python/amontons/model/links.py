@@ -6,13 +6,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..checks import Matrix3, Vector3, named, vector3
+import numpy as np
+
+from ..checks import Array, Matrix3, Vector3, named, vector3
 from ..errors import InputError
 from .mass import NOTHING
 from .parts import OWN, Body, Geom, Joint, fill, inertia_matrix, numbers
 from .sensing import Sensor
 from .transforms import ORIGIN, Transform
 from .visuals import Visual
+
+Places = tuple[Array, Array]
+"""Frames on bodies: bodies (n,), -1 is the world, and positions (m) with quaternions, (n, 7)."""
+
+
+def frame_rows(frames: Sequence[Transform]) -> Array:
+    """(n, 7): positions and quaternions."""
+    return np.array([(*f.position, *f.rotation) for f in frames], dtype=np.float64).reshape(-1, 7)
+
+
+def places_of(bodies: Sequence[int], frames: Sequence[Transform]) -> Places:
+    """For the compiled module."""
+    return np.array(bodies, dtype=np.int32), frame_rows(frames)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,10 @@ from os import PathLike
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from .. import _core
-from ..checks import Vector3, chosen, shown, suggestion, vector3
+from ..checks import Array, Vector3, chosen, shown, suggestion, vector3
 from ..errors import InputError
 from .controls import control_limits_of, control_names_of, no_control
 from .coordinates import Coordinate, coordinates_of
@@ -28,7 +30,7 @@ from .drives import (
     TendonTerm,
     Transmission,
 )
-from .links import Link, check_links, place_index
+from .links import Link, Places, check_links, place_index, places_of
 from .parts import (
     DOFS,
     JOINTS,
@@ -49,7 +51,7 @@ from .parts import (
 from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
-from .transforms import Transform
+from .transforms import ORIGIN, Transform
 from .visuals import Visual
 
 FRICTION_RULES = {
@@ -139,6 +141,20 @@ class Model:
     def geom_links(self) -> tuple[int, ...]:
         """The link or body of each geom, an index of `link_names`; -1 is the world."""
         return tuple(place_index(len(self.bodies), geom.body, geom.link) for geom in self.geoms)
+
+    @cached_property
+    def _geom_link_array(self) -> Array:
+        return np.array(self.geom_links, dtype=np.int32)
+
+    @cached_property
+    def _link_places(self) -> Places:
+        """In the order of `link_names`."""
+        bodies = [*range(len(self.bodies)), *(link.body for link in self.links)]
+        return places_of(bodies, [ORIGIN] * len(self.bodies) + [link.frame for link in self.links])
+
+    @cached_property
+    def _site_places(self) -> Places:
+        return places_of([site.body for site in self.sites], [site.frame for site in self.sites])
 
     @cached_property
     def tree(self) -> _core.Tree:

@@ -77,11 +77,20 @@ class Acting(Driving):
 
         joint: or the name of a degree of freedom. Raises InputError before the first step.
         """
-        time, _ = self._core.instant()
+        time = self._core.instant_time
         joint, dof = self._degree(joint, dof)
-        row = effort_table(self._core, self._model)[self._model.dof_index(joint, dof)]
-        names = ("coordinate", "control", "motor", "passive", "friction", "limit")
-        return Effort(time, *(float(row[name]) for name in names))
+        row = effort_table(self._core)[self._model.dof_index(joint, dof)]
+        _, _, coordinate, control, passive, motor, friction, limit = row.item()
+        return Effort(time, coordinate, control, motor, passive, friction, limit)
+
+    def efforts(self) -> Array:
+        """Total efforts along all degrees of freedom in the last step (N or N m), (dofs,).
+
+        Each is the sum of motor, passive, friction and limit in `joint_efforts`, in that order of rows; zeros
+        before the first step.
+        """
+        table = effort_table(self._core)
+        return table["motor"] + table["passive"] + table["friction"] + table["limit"]
 
     def reaction(self, joint: int | str) -> Reaction:
         """Reaction of a joint in the last step, by index or name, on its body A.
@@ -90,11 +99,11 @@ class Acting(Driving):
         follows from the balance of all that it carries, in the present pose (`link_reactions`). Raises
         InputError before the first step.
         """
-        time, _ = self._core.instant()
+        time = self._core.instant_time
         for k, link in enumerate(self._model.links):
             if joint in (link.name, link.joint) and joint not in self._model.joint_names:
                 return _reaction(self.time, self.link_reactions[k])
-        return _reaction(time, reaction_table(self._core, self._model)[self._model.joint_index(joint)])
+        return _reaction(time, reaction_table(self._core)[self._model.joint_index(joint)])
 
     @property
     def time(self) -> float:

@@ -133,14 +133,16 @@ class GeneralisedCoordinates:
         """
         named = body is not None and not (isinstance(body, str) and body == "world")
         index = self._model.link_index(body) if named else WORLD
-        at = np.zeros(3) if point is None else np.array(vector3("point", point))
+        at = (0.0, 0.0, 0.0) if point is None else vector3("point", point)
         if index >= len(self._model.bodies):
             link = self._model.links[index - len(self._model.bodies)]
-            index, at = link.body, np.array(link.frame(tuple(at.tolist())))
-        if index != WORLD:
-            pose = self._core.positions[index], self._core.orientations[index]
-            at = pose[0] + rotation_matrix(pose[1]) @ at
-        return self._model.tree.jacobian(self._core, index, tuple(at.tolist()))
+            index, at = link.body, link.frame(at)
+        return self._model.tree.jacobian(self._core, index, at)
+
+    def jacobians(self) -> Array:
+        """(n, 6, nv): `jacobian(link)` of all n bodies and links, in the order of `Model.link_names`."""
+        bodies, frames = self._model._link_places
+        return self._model.tree.jacobians(self._core, bodies, frames)
 
     def tendon_jacobian(self, tendon: int | str) -> Array:
         """(nv,): the rate of a tendon's length over qd."""
@@ -172,18 +174,6 @@ class GeneralisedCoordinates:
             if x.shape != shape:
                 raise InputError(f"{name} has the shape {x.shape}; the model asks for {shape}")
         return self._model.tree.generalised_forces(self._core, *given)
-
-
-def rotation_matrix(quaternion: ArrayLike) -> Array:
-    """Matrix of a unit quaternion (w, x, y, z): its columns are the axes of the body in the world."""
-    w, x, y, z = np.asarray(quaternion, dtype=np.float64)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _entries(what: str, values: Any, size: int) -> Array:

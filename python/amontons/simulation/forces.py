@@ -1,4 +1,4 @@
-"""Contacts, joint reactions and drives of a step as structured arrays."""
+"""Contacts, reactions and drives of a step as structured arrays; bindings/tables.cpp writes their rows."""
 
 from __future__ import annotations
 
@@ -83,21 +83,9 @@ ACTUATORS = np.dtype(
 )
 """The fields of Simulation.actuator_efforts."""
 
-_STATES = np.array(["open", "stick", "slip"], dtype="U5")
-
 
 def contact_table(core: _core.Simulation, model: Model) -> Table:
-    fields = core.contacts
-    table = np.zeros(len(fields["gap"]), CONTACTS)
-    for name, values in fields.items():
-        if name in (CONTACTS.names or ()):
-            table[name] = _STATES[values] if name == "state" else values
-    if len(table):
-        links = np.array(model.geom_links, dtype=np.int32)
-        table["link_a"], table["link_b"] = links[table["geom_a"]], links[table["geom_b"]]
-        table["force"] = fields["impulse"] / core.impulse_step
-        table["torque"] = fields["angular_impulse"] / core.impulse_step
-    return table
+    return _core.contact_rows(core, model._geom_link_array).view(CONTACTS)
 
 
 def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Array, Array]:
@@ -111,58 +99,17 @@ def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Arr
     return forces, torques
 
 
-def reaction_table(core: _core.Simulation, model: Model) -> Table:
-    table = np.zeros(len(model.joints), REACTIONS)
-    step = core.impulse_step or 1.0  # no impulses before the first step
-    reactions = core.joint_reactions()
-    table["joint"] = np.arange(len(model.joints))
-    table["body_a"] = [joint.body_a for joint in model.joints]
-    table["body_b"] = [joint.body_b for joint in model.joints]
-    table["point"] = reactions[:, :3]
-    table["force"], table["torque"] = reactions[:, 3:6] / step, reactions[:, 6:] / step
-    return table
+def reaction_table(core: _core.Simulation) -> Table:
+    return _core.reaction_rows(core).view(REACTIONS)
 
 
-def effort_table(core: _core.Simulation, model: Model) -> Table:
-    table = np.zeros(model.dofs, EFFORTS)
-    step = core.impulse_step or 1.0
-    table["joint"] = [j for j, joint in enumerate(model.joints) for _ in joint.dofs]
-    table["dof"] = [k for joint in model.joints for k in range(len(joint.dofs))]
-    table["coordinate"], table["control"] = core.joint_coordinates, np.nan
-    for (actuator, joint, dof), control in zip(model.core.controls, core.controls, strict=True):
-        if actuator < 0:
-            table["control"][model.core.first_dof(joint) + dof] = control
-    for name, impulses in zip(("passive", "motor", "friction", "limit"), core.dof_impulses.T, strict=True):
-        table[name] = impulses / step
-    table["motor"] = motor_impulses(core, model) / step
-    return table
+def effort_table(core: _core.Simulation) -> Table:
+    return _core.effort_rows(core).view(EFFORTS)
 
 
-def motor_impulses(core: _core.Simulation, model: Model) -> Array:
-    """Impulses of the motor of each degree of freedom and of the actuators on it, in the last step (N s, N m
-    s).
-    """
-    impulses = core.dof_impulses[:, 1].copy()
-    for actuator, impulse in zip(model.actuators, core.actuator_impulses, strict=True):
-        if (t := actuator.transmission).kind == "dof":
-            impulses[model.core.first_dof(t.joint) + t.dof] += t.gear * impulse
-    return impulses
+def tendon_table(core: _core.Simulation) -> Table:
+    return _core.tendon_rows(core).view(TENDONS)
 
 
-def tendon_table(core: _core.Simulation, model: Model) -> Table:
-    table = np.zeros(len(model.tendons), TENDONS)
-    step = core.impulse_step or 1.0
-    table["tendon"] = np.arange(len(table))
-    table["length"], table["rate"] = core.tendon_lines().T
-    passive, spring, friction, limit = core.tendon_impulses.T / step
-    table["passive"], table["friction"], table["limit"] = passive + spring, friction, limit
-    return table
-
-
-def actuator_table(core: _core.Simulation, model: Model) -> Table:
-    table = np.zeros(len(model.actuators), ACTUATORS)
-    table["actuator"] = np.arange(len(table))
-    table["control"], table["activation"] = core.controls[: len(table)], core.activations
-    table["length"], table["rate"] = core.actuator_lines().T
-    table["effort"] = core.actuator_impulses / (core.impulse_step or 1.0)
-    return table
+def actuator_table(core: _core.Simulation) -> Table:
+    return _core.actuator_rows(core).view(ACTUATORS)

@@ -16,10 +16,11 @@ from .. import _core
 from ..checks import Array, suggestion
 from ..errors import InputError
 from ..model.coordinates import known
+from ..model.links import frame_rows
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.transforms import Transform
-from .sensors import Frames, frame_rows
+from .sensors import Frames
 from .tangent import angles, conjugate, integrate, logarithm, product
 
 FIRST_DAMPING = 1e-3
@@ -289,8 +290,7 @@ def _step(arm: Arm, goal: Goal, left: Array, damping: float) -> Array:
 
 def _jacobian(arm: Arm, goal: Goal) -> Array:
     """The rows of the goal, angles by Model.length."""
-    place = _seen(arm, goal).position[0]
-    jacobian = arm.model.tree.jacobian(arm.core, goal.body, tuple(place.tolist()))
+    jacobian = arm.model.tree.jacobian(arm.core, goal.body, goal.frame.position)
     parts = [] if goal.position is None else [jacobian[:3]]
     parts += [] if goal.orientation is None else [arm.model.length * jacobian[3:]]
     return np.concatenate(parts)

@@ -6,12 +6,11 @@ import numpy as np
 
 from .. import _core
 from ..checks import Array
-from ..model.links import place_index
+from ..model.links import Places, place_index
 from ..model.model import Model
 from ..model.parts import WORLD
-from ..model.transforms import ORIGIN, Transform
 from .outcome import Table
-from .sensors import Frames, Moment, frame_rows, plan_of
+from .sensors import Moment, plan_of
 
 MOVING = np.dtype(
     [
@@ -36,24 +35,10 @@ REACTIONS = np.dtype(
 """The fields of Simulation.link_reactions."""
 
 
-def moving_frames(core: _core.Simulation, model: Model, bodies: list[int], frames: list[Transform]) -> Table:
-    """A row for each frame on a body."""
-    table = np.zeros(len(bodies), MOVING)
-    table["body"] = bodies
-    rows, _ = model.tree.observe(
-        core, np.zeros(model.nv), np.ascontiguousarray(table["body"]), frame_rows(frames)
-    )
-    seen = Frames(rows)
-    table["position"], table["orientation"] = seen.position, seen.orientation
-    table["linear_velocity"], table["angular_velocity"] = seen.velocity, seen.angular_velocity
-    return table
-
-
-def link_table(core: _core.Simulation, model: Model) -> Table:
-    """Bodies, then their links, in the order of `Model.link_names`."""
-    bodies = [*range(len(model.bodies)), *(link.body for link in model.links)]
-    frames = [*(ORIGIN for _ in model.bodies), *(link.frame for link in model.links)]
-    return moving_frames(core, model, bodies, frames)
+def moving_frames(core: _core.Simulation, places: Places, which: slice = slice(None)) -> Table:
+    """A row for each of some frames on bodies."""
+    bodies, frames = places
+    return _core.moving_rows(core, bodies[which], frames[which]).view(MOVING)
 
 
 def link_reactions(core: _core.Simulation, model: Model, qdd: Array) -> Table:
@@ -61,7 +46,7 @@ def link_reactions(core: _core.Simulation, model: Model, qdd: Array) -> Table:
     table = np.zeros(len(model.links), REACTIONS)
     table["link"] = len(model.bodies) + np.arange(len(table))
     table["body"] = [link.body for link in model.links]
-    table["point"] = link_table(core, model)["position"][len(model.bodies) :]
+    table["point"] = moving_frames(core, model._link_places)["position"][len(model.bodies) :]
     if len(table) and core.impulse_step:
         sums = hanging(model) @ Moment(core, model, plan_of(model), qdd).from_carriers
         table["force"] = sums[:, :3]

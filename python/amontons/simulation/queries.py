@@ -15,7 +15,7 @@ from ..model.model import Model
 from ..model.parts import WORLD
 from . import sensors
 from .coordinates import GeneralisedCoordinates
-from .links import link_reactions, link_table, moving_frames
+from .links import link_reactions, moving_frames
 from .outcome import Table
 from .rays import cast_rays, geoms_of
 
@@ -47,9 +47,7 @@ class Queries(GeneralisedCoordinates):
 
         A structured array; `site(name)` is one row.
         """
-        sites = self._model.sites
-        bodies, frames = [site.body for site in sites], [site.frame for site in sites]
-        return moving_frames(self._core, self._model, bodies, frames)
+        return moving_frames(self._core, self._model._site_places)
 
     @property
     def links(self) -> Table:
@@ -58,11 +56,12 @@ class Queries(GeneralisedCoordinates):
         Fields: body, position (m), orientation (w, x, y, z), velocities of the origin (world axes). A
         structured array; `link(name)` is one row.
         """
-        return link_table(self._core, self._model)
+        return moving_frames(self._core, self._model._link_places)
 
     def link(self, link: int | str) -> Table:
         """One row of `links`, by index or name: the pose and motion of a link of a file, or of a body."""
-        return self.links[self._model.link_index(link)]
+        k = self._model.link_index(link)
+        return moving_frames(self._core, self._model._link_places, slice(k, k + 1))[0]
 
     @property
     def link_reactions(self) -> Table:
@@ -76,7 +75,8 @@ class Queries(GeneralisedCoordinates):
 
     def site(self, site: int | str) -> Table:
         """One row of `sites`, by index or name."""
-        return self.sites[self._model.site_index(site)]
+        k = self._model.site_index(site)
+        return moving_frames(self._core, self._model._site_places, slice(k, k + 1))[0]
 
     def site_jacobian(self, site: int | str) -> Array:
         """(6, nv): velocity of a site (3 rows), then its angular velocity, per unit of qd; world axes."""

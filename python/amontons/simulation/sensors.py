@@ -3,7 +3,7 @@ or an acceleration. Sensors of one kind are read together, as arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,12 +14,12 @@ from .. import _core
 from ..checks import Array, shown, suggestion
 from ..errors import InputError
 from ..model.drives import Tendon
-from ..model.links import place_index
+from ..model.links import frame_rows, place_index
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .forces import actuator_table, contact_table, motor_impulses, reaction_table, tendon_table
+from .forces import actuator_table, contact_table, effort_table, reaction_table, tendon_table
 from .outcome import Table
 from .rays import cast_rays
 
@@ -111,11 +111,6 @@ def plan_of(model: Model) -> Plan:
     )
 
 
-def frame_rows(frames: Sequence[Transform]) -> Array:
-    """(n, 7): positions and quaternions."""
-    return np.array([(*f.position, *f.rotation) for f in frames], dtype=np.float64).reshape(-1, 7)
-
-
 def read(core: _core.Simulation, model: Model, plan: Plan, qdd: Array) -> Readings:
     """The readings of all sensors of the model at the generalised accelerations qdd, (nv,)."""
     values = np.zeros(plan.size)
@@ -190,11 +185,11 @@ class Moment:
 
     @cached_property
     def actuators(self) -> Table:
-        return actuator_table(self.core, self.model)
+        return actuator_table(self.core)
 
     @cached_property
     def tendons(self) -> Table:
-        return tendon_table(self.core, self.model)
+        return tendon_table(self.core)
 
     @cached_property
     def from_carriers(self) -> Array:
@@ -212,7 +207,7 @@ class Moment:
         moments = np.cross(table["point"], table["force"]) + table["torque"]
         self._subtract(left, table, table["link_a"], table["link_b"], moments)
         if loops := self.model.tree.loops:
-            held = reaction_table(self.core, self.model)[loops]
+            held = reaction_table(self.core)[loops]
             moments = np.cross(held["point"], held["force"]) + held["torque"]
             joints, count = [self.model.joints[j] for j in loops], len(self.model.bodies)
             place_a = np.array([place_index(count, joint.body_a, joint.link_a) for joint in joints])
@@ -290,14 +285,13 @@ def _entries(which: int) -> Kind:
     return reading
 
 
-def _efforts(column: int) -> Kind:
-    """Column of the efforts along degrees of freedom: 1 motor and actuators, 3 the limit."""
+def _efforts(field: str) -> Kind:
+    """A field of the efforts along degrees of freedom."""
 
     def reading(now: Moment, group: Group) -> Array:
         coordinates = [now.model.coordinates[sensor.source] for sensor in group.sensors]
         dofs = [now.model.dof_index(c.joint, c.dof) for c in coordinates]
-        impulses = motor_impulses(now.core, now.model) if column == 1 else now.core.dof_impulses[:, column]
-        return impulses[dofs] / (now.core.impulse_step or 1.0)
+        return effort_table(now.core)[field][dofs]
 
     return reading
 
@@ -425,12 +419,12 @@ KINDS: dict[str, Kind] = {
     "rangefinder": _rangefinder,
     "jointpos": _entries(0),
     "jointvel": _entries(1),
-    "jointactuatorfrc": _efforts(1),
+    "jointactuatorfrc": _efforts("motor"),
     "ballquat": _entries(0),
     "ballangvel": _entries(1),
     "jointlimitpos": lambda now, group: _limits(now, group)[:, 0],
     "jointlimitvel": lambda now, group: _limits(now, group)[:, 1] * np.ravel(_entries(1)(now, group)),
-    "jointlimitfrc": lambda now, group: np.abs(_efforts(3)(now, group)),
+    "jointlimitfrc": lambda now, group: np.abs(_efforts("limit")(now, group)),
     "actuatorpos": _of_actuators("length"),
     "actuatorvel": _of_actuators("rate"),
     "actuatorfrc": _of_actuators("effort"),

@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import Array
 from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model
-from .forces import motor_impulses
+from .forces import effort_table, reaction_table
 from .simulation import Simulation
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -107,11 +107,9 @@ class Signals:
             return np.zeros(0)
         core, model = simulation._core, simulation.model
         step = core.impulse_step or 1.0  # no impulses before the first step
-        parts = [motor_impulses(core, model)[self._driven] / step, core.controls]
-        parts += [core.actuator_impulses / step, core.joint_reactions()[:, 3:].ravel() / step]
-        if model.links:
-            reactions = simulation.link_reactions
-            parts.append(np.concatenate([reactions["force"], reactions["torque"]], axis=1).ravel())
+        parts = [effort_table(core)["motor"][self._driven], core.controls, core.actuator_impulses / step]
+        tables = [reaction_table(core), *([simulation.link_reactions] if model.links else [])]
+        parts += [np.concatenate([table["force"], table["torque"]], axis=1).ravel() for table in tables]
         if model.sensors:
             parts.append(simulation.sensors.array)
         return np.concatenate(parts)

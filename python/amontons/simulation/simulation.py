@@ -262,7 +262,10 @@ class Simulation(Acting, Analysis):
                 "t = %g s: %s, residual %.1e, %d iterations, %d contacts",
                 *(last.time, last.status, residual, last.iterations, last.contacts),
             )
-        counted = watching.saw(residual, steps=steps, missed=not last.is_sound)
+        usual = last.is_usual(self._model.length)
+        counted = watching.saw(residual, steps=steps, missed=not usual and not last.is_sound)
+        if usual:
+            return
         on_failure = self._options["on_failure"]
         if on_failure != "ignore":
             self._check_joints(last, stacklevel + 1)
@@ -356,7 +359,7 @@ class Simulation(Acting, Analysis):
         is about it), force, torque. Impacts are in them; what acts along the free directions is in
         `joint_efforts`.
         """
-        return reaction_table(self._core, self._model)
+        return reaction_table(self._core)
 
     @property
     def joint_efforts(self) -> Table:
@@ -366,7 +369,7 @@ class Simulation(Acting, Analysis):
         armature), motor (with the actuators on it), friction, limit. The coordinate is that of the instant to
         which efforts belong, the start of the step (`instant`).
         """
-        return effort_table(self._core, self._model)
+        return effort_table(self._core)
 
     @property
     def tendon_efforts(self) -> Table:
@@ -375,7 +378,7 @@ class Simulation(Acting, Analysis):
         Fields: tendon, length (m, or the unit of its joints), rate, passive (spring, damper and armature),
         friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
         """
-        return tendon_table(self._core, self._model)
+        return tendon_table(self._core)
 
     @property
     def actuator_efforts(self) -> Table:
@@ -384,7 +387,7 @@ class Simulation(Acting, Analysis):
         Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
         N m).
         """
-        return actuator_table(self._core, self._model)
+        return actuator_table(self._core)
 
     def contact_forces(self) -> tuple[Array, Array]:
         """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).

@@ -5,34 +5,6 @@
 
 namespace amontons::collision {
 
-// Tests all corners, or for large hulls climbs along the edges: a local maximum of a linear function on a
-// convex body is the maximum. The walk begins at the corner of the nearest of 26 directions, because each of
-// its steps has a cache miss and a comparison.
-std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
-  // Size (corners): with more a walk along edges is faster than a pass over all.
-  constexpr std::size_t few = 48;
-  const bool walks = hull.vertices.size() > few;
-  std::int32_t best = walks ? hull.start[search_start(direction)] : 0;
-  double height = dot(hull.vertices[best], direction);
-  const auto climbs_to = [&](std::int32_t i) {
-    const double h = dot(hull.vertices[i], direction);
-    if (!(h > height)) return false;
-    height = h;
-    best = i;
-    return true;
-  };
-  if (!walks) {
-    // For few corners a linear pass through memory is faster than the walk.
-    for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
-    return best;
-  }
-  for (bool higher = true; higher;) {
-    higher = false;
-    for (std::int32_t j : hull.neighbours[best]) higher |= climbs_to(j);
-  }
-  return best;
-}
-
 // A shape in the form of the algorithms: kind, axes and up to three lengths, so that support() is one switch
 // over plain data without a virtual call. The core is the shape without a ball of the radius around every
 // point: a point for a sphere, a segment for a capsule, the whole shape otherwise.

@@ -42,8 +42,7 @@ inline Vec3 to_common(const Convex& body, const Vec3& v) {
   return v.x * body.axis[0] + v.y * body.axis[1] + v.z * body.axis[2];
 }
 
-// For a hull: the extreme corner along a direction in its own frame, and the place of a corner.
-std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction);
+// For a hull: the place of a corner.
 inline Vec3 corner_of(const Convex& body, std::int32_t i) {
   return body.centre + to_common(body, body.hull->vertices[i]);
 }

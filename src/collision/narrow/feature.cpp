@@ -15,15 +15,11 @@ namespace amontons::collision {
 
 namespace {
 
-// A face supports a direction within acos(0.95), 18 degrees, of its normal, an edge or a generator one within
-// 17 degrees of the perpendicular. With a larger tilt it leaves the margin before it matters, and a clipped
-// sliver of a steep face is not a contact area.
-constexpr double face_cosine = 0.95, edge_sine = 0.3;
+// An edge or a generator supports a direction within 17 degrees of the perpendicular (face_cosine: faces).
+constexpr double edge_sine = 0.3;
 // A capsule keeps both its end points up to this limit: they form no thin area, so a wide limit loses
 // nothing.
 constexpr double segment_sine = 0.5;
-// Corners (count) of the polygon that stands for a round cap.
-constexpr int cap_corners = 12;
 
 // In the box's own axes the components of the direction are the cosines to its faces. The feature is a face
 // if one component dominates, an edge along the axis whose component is small, otherwise the corner with the
@@ -74,20 +70,11 @@ void cap_feature(const Convex& body, const Vec3& direction, double c, const Vec3
     if (angle < 0) angle += cap_corners;
   }
   // On a tilted cap the exact extreme point is inserted in the order of the corners. So the deepest point of
-  // a rocking drum is never lost between two corners. (cos, sin) of the corners on the unit circle. Twelve
-  // leave out 1 - cos(15 degrees), 3 % of the radius, at the middle of a side.
-  static const auto polygon = [] {
-    std::array<std::array<double, 2>, cap_corners> table;
-    for (int k = 0; k < cap_corners; ++k) {
-      const double a = 6.283185307179586 * k / cap_corners;
-      table[k] = {elementary::cos(a), elementary::sin(a)};
-    }
-    return table;
-  }();
+  // a rocking drum is never lost between two corners.
   feature.count = 0;
   feature.normal = n;
   for (int k = 0; k < cap_corners; ++k) {
-    feature.points[feature.count++] = m + body.size.x * (polygon[k][0] * e + polygon[k][1] * f);
+    feature.points[feature.count++] = m + body.size.x * (cap_polygon()[k][0] * e + cap_polygon()[k][1] * f);
     if (angle >= k && angle < k + 1)
       feature.points[feature.count++] = m + (body.size.x / tilt) * (down - dot(down, n) * n);
   }
@@ -105,18 +92,18 @@ void cylinder_feature(const Convex& body, const Vec3& direction, const Vec3* pha
 }
 
 // Finds the face best aligned with the direction d (in the hull's frame) that contains a point, if one is
-// close to it. All faces are tested: hulls have tens of them, and the best aligned one need not be next to
-// the extreme corner.
+// close to it. The best aligned one need not be next to the extreme corner, so that all faces near the
+// direction are tested. The first of equally aligned ones is taken.
 bool hull_face(const Convex& body, const Vec3& d, const Vec3& held, Feature& feature) {
   const ConvexHull& hull = *body.hull;
   const double tolerance = 1e-6 * body.extent;
   double best = face_cosine;
   std::size_t face = hull.faces.size();
-  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+  for (std::int32_t f : faces_towards(hull, d)) {
     const double c = dot(hull.normals[f], d);
     if (c > best && std::abs(dot(hull.normals[f], held) - hull.offsets[f]) <= tolerance) {
       best = c;
-      face = f;
+      face = static_cast<std::size_t>(f);
     }
   }
   if (face == hull.faces.size()) return false;
@@ -179,6 +166,18 @@ void triangle_feature(const Convex& body, const Vec3& direction, Feature& featur
 }
 
 }  // namespace
+
+const CapPolygon& cap_polygon() {
+  static const CapPolygon polygon = [] {
+    CapPolygon table;
+    for (int k = 0; k < cap_corners; ++k) {
+      const double a = 6.283185307179586 * k / cap_corners;
+      table[k] = {elementary::cos(a), elementary::sin(a)};
+    }
+    return table;
+  }();
+  return polygon;
+}
 
 // A capsule is represented by its generator along the direction. Ellipsoids and spheres only have the extreme
 // point.

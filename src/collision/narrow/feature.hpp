@@ -1,10 +1,17 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <initializer_list>
 
 #include "collision/narrow/convex.hpp"
 
 namespace amontons::collision {
+
+// Corners (count) of the polygon that stands for a round cap: twelve leave out 1 - cos(15 degrees), 3 % of
+// the radius, at the middle of a side. The polygon has (cos, sin) of the corners on the unit circle.
+constexpr int cap_corners = 12;
+using CapPolygon = std::array<std::array<double, 2>, cap_corners>;
+const CapPolygon& cap_polygon();
 
 // The feature of a body (radius included) that supports it along a unit direction. It is a face whose normal
 // is close to the direction, an edge that is nearly perpendicular to it, or the extreme point.

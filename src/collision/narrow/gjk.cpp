@@ -56,24 +56,31 @@ bool nearest_on_tetrahedron(const Simplex& s, Nearest& result) {
   return outside;
 }
 
-// Reduces the simplex to the corners that span its point v nearest to the origin. Returns false if that is
-// the origin itself, inside a tetrahedron, which is then not changed.
-bool reduce(Simplex& s, Vec3& v) {
-  Nearest nearest;
-  if (s.count == 4) {
-    if (!nearest_on_tetrahedron(s, nearest)) return false;
-  } else {
-    nearest = s.count == 1   ? nearest_on_point(s, 0)
-              : s.count == 2 ? nearest_on_segment(s, 0, 1)
-                             : nearest_on_triangle(s, 0, 1, 2);
+// The corners among the first `count` points that span their point nearest to the origin. Returns false if
+// that is the origin itself, inside a tetrahedron.
+bool nearest_on_simplex(const Simplex& s, int count, Nearest& nearest) {
+  switch (count) {
+    case 1:
+      nearest = nearest_on_point(s, 0);
+      return true;
+    case 2:
+      nearest = nearest_on_segment(s, 0, 1);
+      return true;
+    case 3:
+      nearest = nearest_on_triangle(s, 0, 1, 2);
+      return true;
+    default:
+      return nearest_on_tetrahedron(s, nearest);
   }
+}
+
+// Reduces the simplex to the corners that span its nearest point.
+void keep(Simplex& s, const Nearest& nearest) {
   DifferencePoint kept[3];
   for (int i = 0; i < nearest.count; ++i) kept[i] = s.point[nearest.index[i]];
   std::copy_n(kept, nearest.count, s.point);
   std::copy_n(nearest.weight, nearest.count, s.weight);
   s.count = nearest.count;
-  v = nearest.point;
-  return true;
 }
 
 // Whether w already is a corner: then C extends no farther along -v, and v is the answer.
@@ -145,18 +152,17 @@ Cores distance_of_cores(const Convex& a, const Convex& b, double limit, Simplex&
     if (vw > 0 && (limit < 0 || vw * vw > limit * limit * vv)) return Cores::beyond_limit;
     // The bounds agree, or C extends no farther along -v. (The first v is no point of C and proves nothing.)
     if (s.count > 0 && (vv - vw <= gap_tolerance * vv || holds(s, p.w))) break;
-    const Simplex before = s;
+    // The point joins behind the corners; it counts once it is known to be progress.
     s.point[s.count] = p;
-    s.weight[s.count++] = 1;
-    Vec3 next;
-    if (!reduce(s, next)) return Cores::overlap;
-    const double squared = norm_squared(next);
-    if (before.count > 0 && squared >= vv) {  // no progress left in this precision
-      s = before;
-      break;
+    Nearest nearest;
+    if (!nearest_on_simplex(s, s.count + 1, nearest)) {
+      s.weight[s.count++] = 1;
+      return Cores::overlap;
     }
-    v = next;
-    if (squared <= touching * touching) return Cores::overlap;
+    if (s.count > 0 && nearest.squared >= vv) break;  // no progress left in this precision
+    keep(s, nearest);
+    v = nearest.point;
+    if (nearest.squared <= touching * touching) return Cores::overlap;
   }
 
   // The corners of the simplex have equal height along the normal. The first one gives the distance with one

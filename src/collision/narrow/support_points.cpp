@@ -114,29 +114,36 @@ void SupportPoints::keep_outline(double tolerance, std::span<unsigned char> kept
 }
 
 // Keeps points up to `height` over the lowest one, at a slope that lifts one side of them by as much.
-void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kept) const {
+void SupportPoints::keep_under_turns(double height, std::span<unsigned char> kept) {
   const Site& base = lowest(height, kept);
   kept[base.point] = 1;
-  double width = 0;
-  for (const Site& s : sites_)
-    if (s.height <= base.height + height)
-      width = std::max(width, elementary::hypot(s.u - base.u, s.v - base.v));
+  near_.clear();
+  Site farthest{};
+  double squared = 0;
+  for (const Site& s : sites_) {
+    if (!(s.height <= base.height + height)) continue;
+    const Site& place = near_.emplace_back(Site{s.u - base.u, s.v - base.v, s.height, s.point});
+    const double distance = place.u * place.u + place.v * place.v;
+    if (!(distance > squared)) continue;
+    squared = distance;
+    farthest = place;
+  }
+  const double width = elementary::hypot(farthest.u, farthest.v);
   if (!(width > 0)) return;
   const double slope = height / width, half = std::sqrt(0.5);
   const double around[8][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
                                {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
   for (const auto& [cu, cv] : around) {
     double least = base.height, held = base.height;  // of all points, of the kept ones
-    const Site* best = &base;
-    for (const Site& s : sites_) {
-      if (!(s.height <= base.height + height)) continue;
-      const double h = s.height - slope * (cu * (s.u - base.u) + cv * (s.v - base.v));
+    std::uint32_t best = base.point;
+    for (const Site& s : near_) {
+      const double h = s.height - slope * (cu * s.u + cv * s.v);
       if (kept[s.point]) held = std::min(held, h);
       if (!(h < least - rounding * height)) continue;
       least = h;
-      best = &s;
+      best = s.point;
     }
-    if (least < held - missed * height) kept[best->point] = 1;
+    if (least < held - missed * height) kept[best] = 1;
   }
 }
 

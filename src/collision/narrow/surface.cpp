@@ -94,13 +94,10 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
 
 namespace {
 
-// The origin of the shape, which is inside all shapes except hulls: for those the mean of the corners.
+// The origin of the shape, which is inside all shapes except hulls.
 Vec3 point_inside(const Shape& shape, const Quat& rotation) {
   const auto* hull = std::get_if<Hull>(&shape);
-  if (!hull) return {};
-  Vec3 mean;
-  for (const Vec3& v : hull->data->vertices) mean += v / static_cast<double>(hull->data->vertices.size());
-  return rotate(rotation, mean);
+  return hull ? rotate(rotation, hull->data->middle) : Vec3{};
 }
 
 }  // namespace
@@ -109,7 +106,7 @@ Vec3 point_inside(const Shape& shape, const Quat& rotation) {
 // origin of the shape.
 SurfaceBody::SurfaceBody(const Shape& shape, const Transform& frame, double margin_)
     : convex(make_convex(shape, frame, frame.position)),
-      local(bounds(shape, {})),
+      local(quick_bounds(shape, {})),
       inside(point_inside(shape, frame.rotation)),
       origin(frame.position),
       box(bounds(shape, frame)),

@@ -96,7 +96,8 @@ void remove_doubles(std::vector<ContactPoint>& points, std::size_t first, double
 //
 // A Surface has, in coordinates of its own and with triangles identified by integers:
 //   void for_each_near(const Aabb&, visit) const   visit(triangle) for all that may touch the box
-//   Facet facet(triangle) const
+//   Facet facet(triangle) const              corners and normal
+//   void add_neighbours(triangle, facet) const   kinds of its edges and the corners across them
 //   void for_each_neighbour(vertex, visit) const   visit(position) for all that edges join to it
 //   bool is_active(vertex) const             whether an edge that is not flat ends there
 //   bool is_outside(p, triangle, closest) const   p, with its closest point on the surface
@@ -137,14 +138,15 @@ class SurfaceContact {
     int edge;  // triangle edge that contains the side to the next point; -1: a side of the body's feature
   };
 
-  // A triangle in the coordinates of the body.
+  // A triangle in the coordinates of the body, and its neighbourhood, which few triangles need.
   Facet shifted(auto triangle) const {
     Facet facet = surface_.facet(triangle);
-    for (int k = 0; k < 3; ++k) {
-      facet.corner[k] -= body_.origin;
-      facet.opposite[k] -= body_.origin;
-    }
+    for (Vec3& corner : facet.corner) corner -= body_.origin;
     return facet;
+  }
+  void add_neighbours(auto triangle, Facet& facet) const {
+    surface_.add_neighbours(triangle, facet);
+    for (Vec3& corner : facet.opposite) corner -= body_.origin;
   }
 
   // All triangles near the body, lifted or not. Returns whether some of them face away.
@@ -154,9 +156,9 @@ class SurfaceContact {
     overlap_ = norm(lift_);
     outwards_ = {};
     surface_.for_each_near(body_.box, [&](auto triangle) {
-      const Facet facet = shifted(triangle);
+      Facet facet = shifted(triangle);
       if (dot(facet.normal, body_.inside - facet.corner[0]) > 0)
-        touch(facet);
+        touch(triangle, facet);
       else
         any_behind = true;
     });
@@ -165,16 +167,18 @@ class SurfaceContact {
 
   // One triangle that faces the body. Cheap tests come first. Only a triangle with an edge that can have a
   // normal of its own needs the separation.
-  void touch(const Facet& facet) {
+  void touch(auto index, Facet& facet) {
     const double reach = body_.margin + norm(lift_);
     if (!body_.is_in_reach(facet, reach)) return;
     const Vec3 n = facet.normal, lowest = body_.lowest_along(n);
     if (dot(n, lowest - facet.corner[0]) > body_.margin) return;
+    add_neighbours(index, facet);
     // Flat and concave edges only have the face's normal.
     const bool rounded = std::any_of(facet.edge, facet.edge + 3, [](EdgeKind kind) {
       return kind == EdgeKind::convex || kind == EdgeKind::border;
     });
     if (!rounded) return static_cast<void>(touch_face(facet, lowest, false));
+    if (is_apart(facet, reach)) return;
     const Convex triangle =
         make_triangle(facet.corner[0] - lift_, facet.corner[1] - lift_, facet.corner[2] - lift_);
     Separation s;
@@ -192,6 +196,15 @@ class SurfaceContact {
       touch_along(facet, triangle, s, lowest);
     else
       touch_face(facet, lowest, false);
+  }
+
+  // The triangle lies behind the plane through its point nearest to the centre of the body, across the line
+  // between the two. Whether this plane is farther from the body than `reach`. Most triangles beside a round
+  // body are left out so, without a search for their distance.
+  bool is_apart(const Facet& facet, double reach) const {
+    const Vec3 nearest = closest_point(facet.corner, body_.convex.centre + lift_).at - lift_;
+    const Vec3 out = body_.convex.centre - nearest, n = out / norm(out);
+    return dot(n, body_.lowest_along(n) - nearest) > reach;
   }
 
   // Contact along the normal of the separation. Flat bodies prefer the face's normal to one that is almost

@@ -1,9 +1,13 @@
 #include "collision/pairs/plane.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
-#include "amontons/base/elementary.hpp"
 #include "collision/narrow/convex.hpp"
+#include "collision/narrow/feature.hpp"
 
 // Shapes on a half space. The gap of a point p is its height <n, p - at> over the plane. This is linear, so
 // that the gap of a convex shape is the least one of its extreme points, and no search is needed. Each point
@@ -65,14 +69,38 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
     // The rim's lowest point, unless the cap is within 1 mrad of flat, where its position is arbitrary.
     if (tilt > 1e-3) plane.add(cap + (cylinder.radius / tilt) * flat);
     if (side * c >= looks_down) continue;
-    // Corners of the polygon on the rim, as in cap_feature() of narrow/feature.cpp.
-    constexpr int corners = 12;
-    for (int k = 0; k < corners; ++k) {
-      const double angle = 6.283185307179586 * k / corners;
-      plane.add(cap + cylinder.radius *
-                          (elementary::cos(angle) * r.column(0) + elementary::sin(angle) * r.column(1)));
-    }
+    for (const auto& [cosine, sine] : cap_polygon())
+      plane.add(cap + cylinder.radius * (cosine * r.column(0) + sine * r.column(1)));
   }
+}
+
+// The corners of a hull up to a height over the plane, ascending, where heights are <up, p> + lift. Few
+// corners are all tested. Otherwise the walk begins at the lowest one and goes on along the edges. A linear
+// function on a convex body falls along edges from every corner to its minimum. So the corners below a height
+// are connected.
+const std::vector<std::int32_t>& corners_below(const ConvexHull& hull, const Vec3& up, double lift,
+                                               double height) {
+  thread_local std::vector<std::int32_t> found;
+  thread_local std::vector<std::uint64_t> seen;  // per corner: the last walk that reached it
+  thread_local std::uint64_t walk = 0;
+  const auto is_low = [&](std::size_t i) { return !(dot(up, hull.vertices[i]) + lift > height); };
+  const std::size_t n = hull.vertices.size();
+  found.clear();
+  if (n <= few_corners) {
+    for (std::size_t i = 0; i < n; ++i)
+      if (is_low(i)) found.push_back(static_cast<std::int32_t>(i));
+    return found;
+  }
+  ++walk;
+  if (seen.size() < n) seen.resize(n, 0);
+  const auto reach = [&](std::int32_t i) {
+    if (std::exchange(seen[i], walk) != walk && is_low(static_cast<std::size_t>(i))) found.push_back(i);
+  };
+  reach(extreme_corner(hull, -up));
+  for (std::size_t k = 0; k < found.size(); ++k)
+    for (std::int32_t j : hull.neighbours[found[k]]) reach(j);
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 // In the hull's own frame, where heights over the plane are <up, p> + lift.
@@ -84,15 +112,15 @@ void hull_on_plane(const ConvexHull& hull, const Transform& frame, const PlaneCo
                     up.y > 0 ? hull.box.lower.y : hull.box.upper.y,
                     up.z > 0 ? hull.box.lower.z : hull.box.upper.z};
   if (dot(up, lowest) + lift > plane.margin) return;
-  for (std::size_t i = 0; i < hull.vertices.size(); ++i) {
-    if (dot(up, hull.vertices[i]) + lift > plane.margin) continue;
+  for (std::int32_t i : corners_below(hull, up, lift, plane.margin)) {
     // A corner of the upper side: an edge falls from it and none rises; level edges do not count.
     bool rises = false, falls = false;
     for (std::int32_t j : hull.neighbours[i]) {
       const Vec3 edge = hull.vertices[j] - hull.vertices[i];
       const double slope = dot(up, edge), level = -looks_down * norm(edge);
-      rises |= slope > level;
+      rises = slope > level;
       falls |= slope < -level;
+      if (rises) break;
     }
     if (rises || !falls) plane.add(frame(hull.vertices[i]));
   }

@@ -86,32 +86,44 @@ struct GridSurface {
       }
   }
 
-  // Triangle t with its neighbourhood, computed in every call from six heights in three rows. The neighbours
-  // follow from the pattern of cells: across its leg in the next cell, across the diagonal in its own.
-  Facet facet(std::int64_t t) const {
+  using Site = std::array<std::int64_t, 2>;  // row and column
+  std::array<Site, 3> corners(std::int64_t t) const {
     const std::int64_t r = t / 2 / (grid.columns - 1), c = t / 2 % (grid.columns - 1);
-    using Site = std::array<std::int64_t, 2>;  // row and column
-    const Site origin{r, c}, diagonal{r + 1, c + 1};
-    const Site corners[2][3] = {{origin, {r, c + 1}, diagonal}, {origin, diagonal, {r + 1, c}}};
-    const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}},
-                                 {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
+    if (t % 2) return {{{r, c}, {r + 1, c + 1}, {r + 1, c}}};
+    return {{{r, c}, {r, c + 1}, {r + 1, c + 1}}};
+  }
+
+  // Triangle t without its neighbourhood, computed in every call from three heights.
+  Facet facet(std::int64_t t) const {
     Facet f;
+    const auto sites = corners(t);
     for (int k = 0; k < 3; ++k) {
-      const auto [row, column] = corners[t % 2][k];
+      const auto [row, column] = sites[k];
       f.corner[k] = point(row, column);
       f.vertex[k] = row * grid.columns + column;
     }
     f.normal = normal_of(f.corner[0], f.corner[1], f.corner[2]);
+    return f;
+  }
+
+  // Its neighbours follow from the pattern of cells: across its leg in the next cell, across the diagonal in
+  // its own.
+  void add_neighbours(std::int64_t t, Facet& f) const {
+    const auto sites = corners(t);
+    const auto [r, c] = sites[0];
+    const Site opposite[2][3] = {{{r - 1, c}, {r + 1, c + 2}, {r + 1, c}},
+                                 {{r, c + 1}, {r + 2, c + 1}, {r, c - 1}}};
+    Vec3 corner[3];
+    for (int k = 0; k < 3; ++k) corner[k] = point(sites[k][0], sites[k][1]);
     for (int k = 0; k < 3; ++k) {
       const auto [row, column] = opposite[t % 2][k];
       f.edge[k] = EdgeKind::border;
-      f.opposite[k] = f.corner[k];
+      f.opposite[k] = corner[k];
       if (!has(row, column)) continue;
-      const Vec3 &a = f.corner[k], &b = f.corner[(k + 1) % 3];
+      const Vec3 &a = corner[k], &b = corner[(k + 1) % 3];
       f.opposite[k] = point(row, column);
       f.edge[k] = edge_kind(a, b, f.normal, normal_of(b, a, f.opposite[k]), f.opposite[k]);
     }
-    return f;
   }
 
   // Upwards for corners that are counter-clockwise seen from above.

@@ -226,13 +226,67 @@ void set_neighbours(ConvexHull& hull) {
   for (auto& list : hull.neighbours) std::sort(list.begin(), list.end());
 }
 
-// The extreme corner along each vector of -1, 0 and 1.
+// Directions by cells: six sides of a cube around the origin with `cells` x `cells` squares each.
+// Number (count): more cells have shorter lists, but each face is then in more of them, 20 with these. An odd
+// number has the axes, along which flat sides lie, in the middle of cells.
+constexpr int cells = 9;
+// Size (faces): with fewer a pass over all is as fast as the table.
+constexpr std::size_t few_faces = 24;
+
+std::size_t cell_of(const Vec3& d) {
+  int side = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(d[i]) > std::abs(d[side])) side = i;
+  const double size = std::abs(d[side]);
+  const auto place = [&](double c) {
+    return std::clamp(static_cast<int>((0.5 * cells) * (c / size + 1)), 0, cells - 1);
+  };
+  const int u = place(d[(side + 1) % 3]), v = place(d[(side + 2) % 3]);
+  return static_cast<std::size_t>(((d[side] < 0 ? side + 3 : side) * cells + u) * cells + v);
+}
+
+// The middle of a cell, and its corners: unit vectors.
+std::array<Vec3, 5> outline_of_cell(int cell) {
+  const int side = cell / (cells * cells), u = cell / cells % cells, v = cell % cells;
+  const auto direction = [&](double du, double dv) {
+    Vec3 d;
+    d[side % 3] = side < 3 ? 1 : -1;
+    d[(side + 1) % 3] = 2 * (u + du) / cells - 1;
+    d[(side + 2) % 3] = 2 * (v + dv) / cells - 1;
+    return normalised(d);
+  };
+  return {direction(0.5, 0.5), direction(0, 0), direction(0, 1), direction(1, 0), direction(1, 1)};
+}
+
+// The extreme corner along the middle of each cell.
 void set_starts(ConvexHull& hull) {
-  for (int i = 0; i < 27; ++i) {
-    const Vec3 d{i / 9 - 1.0, i / 3 % 3 - 1.0, i % 3 - 1.0};
+  for (int cell = 0; cell < 6 * cells * cells; ++cell) {
+    const Vec3 d = outline_of_cell(cell)[0];
+    std::int32_t best = 0;
     for (std::size_t k = 1; k < hull.vertices.size(); ++k)
-      if (dot(hull.vertices[k], d) > dot(hull.vertices[hull.start[i]], d))
-        hull.start[i] = static_cast<std::int32_t>(k);
+      if (dot(hull.vertices[k], d) > dot(hull.vertices[best], d)) best = static_cast<std::int32_t>(k);
+    hull.start.push_back(best);
+  }
+}
+
+// A cell lists the faces whose normals are near its middle. The largest angle is that of face_cosine plus
+// that from the middle to the farthest corner, by cos(a + b) = cos a cos b - sin a sin b.
+void set_facing(ConvexHull& hull) {
+  if (hull.faces.size() <= few_faces) {
+    hull.facing.resize(hull.faces.size());
+    std::iota(hull.facing.begin(), hull.facing.end(), 0);
+    return;
+  }
+  const auto sine = [](double cosine) { return std::sqrt(std::max(0.0, 1 - cosine * cosine)); };
+  hull.facing_start.assign(1, 0);
+  for (int cell = 0; cell < 6 * cells * cells; ++cell) {
+    const auto outline = outline_of_cell(cell);
+    double nearest = 1;
+    for (const Vec3& corner : outline) nearest = std::min(nearest, dot(corner, outline[0]));
+    const double least = nearest * face_cosine - sine(nearest) * sine(face_cosine) - 1e-9;
+    for (std::size_t f = 0; f < hull.normals.size(); ++f)
+      if (dot(hull.normals[f], outline[0]) >= least) hull.facing.push_back(static_cast<std::int32_t>(f));
+    hull.facing_start.push_back(static_cast<std::int32_t>(hull.facing.size()));
   }
 }
 
@@ -269,11 +323,37 @@ double check_volume(std::span<const Vec3> vertices, std::span<const Triangle> tr
 
 }  // namespace
 
-// Half of the largest component lies between 0 and 1.
-std::size_t search_start(const Vec3& d) {
-  const double half = 0.5 * std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  const auto sign = [&](double c) { return std::size_t{1} + (c > half) - (c < -half); };
-  return 9 * sign(d.x) + 3 * sign(d.y) + sign(d.z);
+// Tests all corners, or for large hulls climbs along the edges: a local maximum of a linear function on a
+// convex body is the maximum. The walk begins at the corner for a direction nearby, because each of its steps
+// has a cache miss and comparisons.
+std::int32_t extreme_corner(const ConvexHull& hull, const Vec3& direction) {
+  const bool walks = hull.vertices.size() > few_corners;
+  std::int32_t best = walks ? hull.start[cell_of(direction)] : 0;
+  double height = dot(hull.vertices[best], direction);
+  const auto climbs_to = [&](std::int32_t i) {
+    const double h = dot(hull.vertices[i], direction);
+    if (!(h > height)) return false;
+    height = h;
+    best = i;
+    return true;
+  };
+  if (!walks) {
+    // For few corners a linear pass through memory is faster than the walk.
+    for (std::size_t i = 1; i < hull.vertices.size(); ++i) climbs_to(static_cast<std::int32_t>(i));
+    return best;
+  }
+  for (bool higher = true; higher;) {
+    higher = false;
+    for (std::int32_t j : hull.neighbours[best]) higher |= climbs_to(j);
+  }
+  return best;
+}
+
+std::span<const std::int32_t> faces_towards(const ConvexHull& hull, const Vec3& direction) {
+  if (hull.facing_start.empty()) return hull.facing;
+  const std::size_t cell = cell_of(direction);
+  const auto first = static_cast<std::size_t>(hull.facing_start[cell]);
+  return std::span(hull.facing).subspan(first, static_cast<std::size_t>(hull.facing_start[cell + 1]) - first);
 }
 
 Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
@@ -291,9 +371,11 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   set_planes(*hull);
   set_neighbours(*hull);
   set_starts(*hull);
+  set_facing(*hull);
   for (const Vec3& p : hull->vertices) {
     include(hull->box, p);
     hull->radius = std::max(hull->radius, norm(p));
+    hull->middle += p / static_cast<double>(hull->vertices.size());
   }
   // Tolerances of the narrow phase are relative to it.
   hull->extent = 0.5 * norm(hull->box.upper - hull->box.lower);

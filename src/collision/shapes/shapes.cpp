@@ -99,12 +99,15 @@ void check(const Hull& s) {
   AMONTONS_REQUIRE(s.data != nullptr, "convex hull is empty; make it with make_hull()");
 }
 double radius_of(const Hull& s) { return s.data->radius; }
-// The tightest box, from the corners themselves. The loop only turns them and the position is added once,
-// which saves an addition per corner.
+// The tightest box: from the extreme corners along the axes of the frame, which are rows in the axes of the
+// hull.
 Aabb box_of(const Hull& s, const Transform& frame) {
   const Mat3 r = to_matrix(frame.rotation);
-  Aabb box = empty_box();
-  for (const Vec3& p : s.data->vertices) include(box, r * p);
+  Aabb box;
+  for (int i = 0; i < 3; ++i) {
+    box.lower[i] = dot(r.row[i], s.data->vertices[extreme_corner(*s.data, -r.row[i])]);
+    box.upper[i] = dot(r.row[i], s.data->vertices[extreme_corner(*s.data, r.row[i])]);
+  }
   return {frame.position + box.lower, frame.position + box.upper};
 }
 

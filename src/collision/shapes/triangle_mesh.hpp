@@ -78,22 +78,26 @@ struct MeshSurface {
             {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
   }
 
-  // The triangle with its neighbourhood.
+  // The triangle without its neighbourhood, and the neighbourhood.
   Facet facet(std::int32_t t) const {
     Facet f;
     f.normal = mesh.normals[t];
     for (int k = 0; k < 3; ++k) {
       f.vertex[k] = mesh.triangles[t][k];
       f.corner[k] = mesh.corner(t, k);
+    }
+    return f;
+  }
+  void add_neighbours(std::int32_t t, Facet& f) const {
+    for (int k = 0; k < 3; ++k) {
       f.edge[k] = mesh.edges[t][k];
-      f.opposite[k] = f.corner[k];
+      f.opposite[k] = mesh.corner(t, k);
       // The neighbour shares two corners; the third one is not on the edge.
       if (const std::int32_t other = mesh.neighbours[t][k]; other >= 0)
         for (std::int32_t v : mesh.triangles[other])
           if (v != mesh.triangles[t][k] && v != mesh.triangles[t][(k + 1) % 3])
             f.opposite[k] = mesh.vertices[v];
     }
-    return f;
   }
 
   void for_each_neighbour(std::int64_t vertex, auto&& visit) const {

@@ -4,6 +4,7 @@
 #include "multibody/contacts/contact_finder.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
@@ -122,13 +123,14 @@ struct Later {
 
 // Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
 // of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
-// boxes of all pairs that could touch overlap.
+// boxes of all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   frames_.resize(geoms.size());
   boxes_.resize(geoms.size());
   fixed_.resize(geoms.size());
+  half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Geom& geom = geoms[g];
@@ -145,7 +147,36 @@ void ContactFinder::place_geoms(const Reach& reach) {
       boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
       boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
     }
+    if (std::holds_alternative<Plane>(geom.shape)) {
+      const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
+      half_spaces_[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, way)) + grow};
+    }
   }
+}
+
+bool ContactFinder::is_reached(Index a, Index b) const {
+  const auto reaches = [&](Index plane, const Aabb& box) {
+    const auto& [normal, top] = half_spaces_[plane];
+    Vec3 lowest;
+    for (int i = 0; i < 3; ++i) lowest[i] = normal[i] > 0 ? box.lower[i] : box.upper[i];
+    return !(dot(normal, lowest) > top);
+  };
+  const auto is_plane = [&](Index g) { return boxes_[g].upper.x == std::numeric_limits<double>::infinity(); };
+  return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
+}
+
+void ContactFinder::find_pairs(const Model& model) {
+  if (model.lists_pairs()) {
+    pairs_.clear();
+    for (const auto& [a, b] : model.listed_pairs())
+      if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
+    return;
+  }
+  broad_phase_.find_pairs(boxes_, fixed_, pairs_);
+  std::erase_if(pairs_, [&](const IndexPair& pair) {
+    const auto& [a, b] = pair;
+    return !is_reached(a, b) || !model.may_touch(a, b);
+  });
 }
 
 // Largest distance of two geoms that can come into the margin within the step.
@@ -159,9 +190,9 @@ template <class Counts, class F>
 void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   const Model& model = reach.model;
   place_geoms(reach);
-  broad_phase_.find_pairs(boxes_, fixed_, pairs_);
+  find_pairs(model);
   for (auto [a, b] : pairs_) {
-    if (!model.may_touch(a, b) || !counts(a, b)) continue;
+    if (!counts(a, b)) continue;
     // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points_.clear();

@@ -52,6 +52,10 @@ class ContactFinder {
   // pair.
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
   void place_geoms(const Reach& reach);
+  // The pairs that may touch within the step, ascending, to pairs_.
+  void find_pairs(const Model& model);
+  // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
+  bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   template <class Counts, class F>
   void visit(const Reach& reach, Counts&& counts, F&& f);
@@ -59,6 +63,12 @@ class ContactFinder {
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<Aabb> boxes_;
+  // A plane: its normal, and the height along it up to which it may reach within the step.
+  struct HalfSpace {
+    Vec3 normal;
+    double top;
+  };
+  std::vector<HalfSpace> half_spaces_;  // by geom
   std::vector<unsigned char> fixed_;
   BodyVelocities foreseen_;  // velocities of the first search
   // Per geom: motion with the velocities of the search, and its change by a solve.

@@ -113,6 +113,15 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   // If a pair has two materials the later one counts.
   std::stable_sort(pairs_.begin(), pairs_.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  list_pairs();
+}
+
+void Model::list_pairs() {
+  if (!lists_pairs()) return;
+  const auto geoms = static_cast<Index>(d_.geoms.size());
+  for (Index a = 0; a < geoms; ++a)
+    for (Index b = a + 1; b < geoms; ++b)
+      if (may_touch(a, b)) listed_pairs_.emplace_back(a, b);
 }
 
 void Model::weigh_mechanisms() {

@@ -15,6 +15,17 @@ static void make_free_velocities(const StepSetting& step, const State& state, Ob
                        o.spins);
 }
 
+// The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
+// would turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy
+// ones.
+static void foresee(Observed& o) {
+  o.foreseen = o.free;
+  for (std::size_t i = 0; i < o.foreseen.size(); ++i) {
+    o.foreseen[i].linear -= o.mobility[i].inverse_mass * o.efforts[i].force;
+    o.foreseen[i].angular -= o.mobility[i].inverse_inertia * o.efforts[i].torque;
+  }
+}
+
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
   const Model& model = step.model;
   const double h = step.h;
@@ -28,10 +39,12 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   add_motor_loads(model, o.joints, state, h, o.loads);
   add_joint_forces(step.tree, o.frames, o.joints, state, h, o.loads);
   add_actuator_loads(model, o.frames, o.joints, o.start, state, h, o.loads);
+  o.efforts = o.loads;
   add_fluid_loads(model, o.frames, o.mobility, o.start, h, o.loads);
   make_free_velocities(step, state, o);
+  foresee(o);
   clock.lap(&Timings::assembly);
-  o.finder.find({model, o.frames, o.free, h, step.margin}, o.contacts);
+  o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
   clock.lap(&Timings::collision);
 }

@@ -18,14 +18,14 @@ struct PositionErrors {
 };
 
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
-// start, and free (with all loads, without impulses).
+// start, free (with all loads, without impulses), and foreseen (free without efforts along joints).
 struct Observed {
   BodyFrames frames;
   JointContexts joints;
   PositionErrors errors;
   BodyMobilities mobility;
-  BodyVelocities start, free;
-  std::vector<BodyImpulse> loads;
+  BodyVelocities start, free, foreseen;
+  std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
   std::vector<GyroscopicSpin> spins;
   std::vector<Contact> contacts;
   ContactFinder finder;  // later searches of the step go on from the first
@@ -37,8 +37,8 @@ struct Observed {
   StepBodies bodies() const { return {frames, mobility, start, free}; }
 };
 
-// Bodies, joints, free velocities, and the contacts that these velocities could close. Coordinates of the
-// state follow its poses.
+// Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
+// the state follow its poses.
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& observed);
 
 // Stiffens light links under high tension; in force after the impacts.

@@ -1,3 +1,17 @@
+// An island at rest has the same problem in each step, and the impulses of the last step solve it. The
+// residual r of an island bounds the velocity error of each of its bodies. The natural map of a block with p,
+// the mean of its diag(A), is the energy norm of its velocity error: v^2 / p. That of zero impulses is n (g
+// h)^2 / p for n equal bodies at rest. So v <= r sqrt(n) g h.
+//
+// A body that stops loses that velocity, and with it momentum. The scene as a whole may lose the error of a
+// start within the tolerance; if it did not, the errors of starts would add up. Beside other bodies that
+// move, momentum is kept to the rounding of a direct solve. Islands that the race solves do not come to rest
+// there.
+//
+// Islands are found only if some contact has slow bodies on both sides. Each test is made only if an island
+// may still rest. So a robot that walks pays for one look at its velocities. Islands that move become a
+// problem of their own, because the direct way and the race work on all rows of a problem. A is block
+// diagonal over islands, so that leaving some out is exact (choice/islands.hpp).
 #include "multibody/step/rest.hpp"
 
 #include <algorithm>
@@ -6,6 +20,7 @@
 #include "amontons/base/ablation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -17,8 +32,8 @@ double quotient(double map, double at_zero) {
   return map / std::max(at_zero, least);
 }
 
-// Whether an island may still rest.
-bool may_any(const Rest& rest) {
+// Whether an island still counts as resting.
+bool rests_any(const Rest& rest) {
   return std::find(rest.rests.begin(), rest.rests.end(), 1) != rest.rests.end();
 }
 
@@ -26,49 +41,31 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
   return norm(v.linear) <= slow && length * norm(v.angular) <= slow;
 }
 
-// Finds the island of each body, and the speed that counts as none. The residual is a norm over all bodies of
-// an island: one of n equal bodies may have the whole error.
-void place(const ContactGraph& graph, std::size_t bodies, double slow, Rest& rest) {
+// Finds the island of each body, and the speed of an error of 1. The residual is a norm over all bodies of an
+// island: one of n equal bodies may have the whole error.
+void place(const ContactGraph& graph, std::size_t bodies, double fall, Rest& rest) {
   const std::size_t count = find_islands(graph, rest.island);
   rest.home.assign(bodies, -1);
-  rest.slow.assign(count, 0);
+  rest.speed.assign(count, 0);
   for (std::size_t k = 0; k < graph.links.size(); ++k)
     for (const Index body : {graph.links[k].a, graph.links[k].b}) {
       if (body < 0 || body >= static_cast<Index>(bodies) || rest.home[body] >= 0) continue;
       rest.home[body] = rest.island[k];
-      rest.slow[rest.island[k]] += 1;
+      rest.speed[rest.island[k]] += 1;
     }
-  for (double& s : rest.slow) s = slow * std::sqrt(s);
+  for (double& s : rest.speed) s = fall * std::sqrt(s);
 }
 
-// Islands with a body that is not slow do not rest.
-void keep_slow(double length, const BodyVelocities& v, Rest& rest) {
+// Islands with a body that moves by more than this error do not rest.
+void keep_slow(double length, const BodyVelocities& v, double error, Rest& rest) {
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (rest.home[i] >= 0 && !is_slow(v[i], length, rest.slow[rest.home[i]])) rest.rests[rest.home[i]] = 0;
+    if (const Index home = rest.home[i]; home >= 0 && !is_slow(v[i], length, error * rest.speed[home]))
+      rest.rests[home] = 0;
 }
 
-// Nor do islands that touch a driven body that is not slow. Such bodies have no island.
-void keep_undriven(const Model& model, const ContactSystem& A, const BodyVelocities& v, Rest& rest) {
-  const auto drives = [&](Index body, double slow) {
-    return body >= 0 && body < static_cast<Index>(v.size()) && rest.home[body] < 0 &&
-           !is_slow(v[body], model.length(), slow);
-  };
-  bool any = false;
-  for (std::size_t i = 0; i < v.size(); ++i) any |= drives(static_cast<Index>(i), 0);
-  if (!any) return;
-  const auto look_at = [&](const auto& blocks, std::size_t first) {
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      const Index island = rest.island[first + i];
-      if (drives(blocks[i].body_a, rest.slow[island]) || drives(blocks[i].body_b, rest.slow[island]))
-        rest.rests[island] = 0;
-    }
-  };
-  look_at(A.contacts, 0);
-  look_at(A.jacobian, A.contacts.size());
-}
-
-// Islands whose start is not within the tolerance do not rest.
-void keep_solved(const Problem& problem, Law law, double tolerance, const Solution& start, Rest& rest) {
+// Islands whose start is not within the tolerance do not rest: `most`, if all rest, else `rounding`.
+void keep_solved(const Problem& problem, Law law, double most, double rounding, const Solution& start,
+                 Rest& rest) {
   rest.map.assign(rest.rests.size(), 0);
   rest.map_at_zero.assign(rest.rests.size(), 0);
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -81,10 +78,12 @@ void keep_solved(const Problem& problem, Law law, double tolerance, const Soluti
     add_saxce_term(set, law, &problem.b[row], g);
     rest.map_at_zero[i] += natural_map_squared(set, problem.P[block], zero, g);
   });
-  for (std::size_t i = 0; i < rest.rests.size(); ++i) {
-    const double missed = quotient(std::sqrt(rest.map[i]), std::sqrt(rest.map_at_zero[i]));
-    if (!(missed <= tolerance)) rest.rests[i] = 0;
-  }
+  const auto meets = [&](std::size_t i, double bound) {
+    return quotient(std::sqrt(rest.map[i]), std::sqrt(rest.map_at_zero[i])) <= bound;
+  };
+  for (std::size_t i = 0; i < rest.rests.size(); ++i) rest.slow = rest.slow && meets(i, most);
+  for (std::size_t i = 0; i < rest.rests.size(); ++i)
+    if (!meets(i, rest.slow ? most : rounding)) rest.rests[i] = 0;
 }
 
 // The start and b of the islands that move: without new contacts, contacts that turn change b alone, and none
@@ -116,38 +115,44 @@ void form_start(const Problem& problem, std::span<const double> x0, Solution& s)
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
 }
 
+// The islands at rest, in rest.rests; false if there is none.
+static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const Problem& problem,
+                                 const std::vector<double>& x0, Solution& start, Rest& rest) {
+  const Model& model = step.model;
+  const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
+  const double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
+  const auto slow = [&](const BodyVelocity& v) { return is_slow(v, model.length(), slowest); };
+  const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
+  const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
+  if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
+  const double rounding = std::min(step::direct_start * tolerance, step::precision);
+  place(problem.graph, model.bodies(), fall, rest);
+  rest.rests.assign(rest.speed.size(), 1);
+  rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
+  if (!rest.slow) keep_slow(model.length(), o.start, tolerance, rest);
+  if (!rests_any(rest)) return false;
+  rest.v = o.free;
+  apply_impulses(problem, x0, rest.v);
+  rest.slow = rest.slow && std::all_of(rest.v.begin(), rest.v.end(), slow);
+  if (!rest.slow) keep_slow(model.length(), rest.v, rounding, rest);
+  if (!rests_any(rest)) return false;
+  form_start(problem, x0, start);
+  keep_solved(problem, step.options.law, tolerance, rounding, start, rest);
+  return rests_any(rest);
+}
+
 void find_rest(const StepSetting& step, const Observed& o, const Problem& problem, bool again,
                const std::vector<double>& x0, Solution& start, Rest& rest) {
   if (again && rest.any && !rest.moving.empty() && rest.island.size() == problem.K.blocks())
     return go_on(problem, x0, rest);
   rest.any = false;
   rest.moving.clear();
-  if (off("at rest") || x0.empty() || o.contacts.empty()) return;
-  const Model& model = step.model;
-  const double slow = step.options.tolerance * step.h * norm(model.description().gravity);
-  const double slowest = slow * std::sqrt(static_cast<double>(model.bodies()));
-  // In most scenes that move no contact has slow bodies only, and the islands are not needed.
-  const auto may_rest = [&](const Contact& c) {
-    const auto is = [&](Index i) { return i < 0 || is_slow(o.start[i], model.length(), slowest); };
-    return is(c.body_a) && is(c.body_b);
-  };
-  if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return;
-  const auto& A = std::get<ContactSystem>(problem.A);
-  place(problem.graph, model.bodies(), slow, rest);
-  rest.rests.assign(rest.slow.size(), 0);
-  for (std::size_t i = 0; i < A.contacts.size(); ++i) rest.rests[rest.island[i]] = 1;
-  keep_slow(model.length(), o.start, rest);
-  keep_undriven(model, A, o.start, rest);
-  if (!may_any(rest)) return;
-  rest.v = o.free;
-  apply_impulses(problem, x0, rest.v);
-  keep_slow(model.length(), rest.v, rest);
-  if (!may_any(rest)) return;
-  form_start(problem, x0, start);
-  keep_solved(problem, step.options.law, step.options.tolerance, start, rest);
+  if (off("at rest") || x0.empty() || o.contacts.empty() ||
+      !find_islands_at_rest(step, o, problem, x0, start, rest))
+    return;
   for (std::size_t k = 0; k < rest.island.size(); ++k)
     if (!rest.rests[rest.island[k]]) rest.moving.push_back(k);
-  rest.any = may_any(rest) && (rest.moving.empty() || !step.options.own_method);
+  rest.any = rest.moving.empty() || !step.options.own_method;
   if (!rest.any || rest.moving.empty()) return;
   extract(problem, rest.moving, rest.number, rest.part);
   go_on(problem, x0, rest);
@@ -156,8 +161,11 @@ void find_rest(const StepSetting& step, const Observed& o, const Problem& proble
 // Driven bodies keep their velocities.
 void stop_resting(const Model& model, const Rest& rest, BodyVelocities& v) {
   if (!rest.any) return;
+  const auto stops = [&](std::size_t i) {
+    return rest.home[i] < 0 ? rest.slow : rest.rests[rest.home[i]] != 0;
+  };
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (rest.home[i] >= 0 && rest.rests[rest.home[i]] && model.is_dynamic(static_cast<Index>(i))) v[i] = {};
+    if (stops(i) && model.is_dynamic(static_cast<Index>(i))) v[i] = {};
 }
 
 }  // namespace amontons

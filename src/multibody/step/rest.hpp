@@ -12,10 +12,11 @@ namespace amontons {
 // Islands at rest, and the problem of the others.
 struct Rest {
   bool any = false;
+  bool slow = false;                     // all bodies of the scene, those without contacts too
   std::vector<Index> island;             // per block
   std::vector<Index> home;               // island per body, -1: none
   std::vector<unsigned char> rests;      // per island
-  std::vector<double> slow;              // per island: speed (m/s) that counts as none
+  std::vector<double> speed;             // per island: m/s, of an error of 1
   std::vector<std::size_t> moving;       // blocks of the other islands
   IslandPart part;                       // their problem
   std::vector<double> x0;                // its start
@@ -30,11 +31,13 @@ struct Rest {
   double residual(Maps others) const;
 };
 
-// Finds the islands at rest for the start x0 of a problem. An island rests if it has contacts, its bodies are
-// slow before the step and with the start, and the start is its solution within the tolerance. Slow is the
-// error of such a start. Then the start is accepted and the bodies are stopped. Otherwise their velocities
-// would stay in the state, later starts would add their errors, and the island would never rest. While
-// anything of it moves, its balance of forces stays exact. If any rests, `start` becomes x0 with its u.
+// Finds the islands at rest for the start x0 of a problem. An island rests if its bodies are slow before the
+// step and with the start, and the start is its solution. The start is then accepted, and the bodies stop.
+// Otherwise their velocities would stay in the state, later starts would add their errors, and the island
+// would never rest. If all that the scene has is slow and solved within the tolerance, all of it rests.
+// Beside bodies that move, an island rests if its start is a solution to rounding: the balance of momentum
+// stays exact. If any rests, `start` becomes x0 with its u.
+//
 // `again`: x0 is the solution of an earlier solve of the step, beside which the islands of `rest` rested.
 void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
                const std::vector<double>& x0, Solution& start, Rest& rest);

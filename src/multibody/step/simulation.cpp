@@ -74,16 +74,21 @@ State Simulation::first_state() const {
 }
 
 // The poses include the correction of positions: they are those in which the impulses acted.
-StepInstant Simulation::instant() const {
-  const std::vector<Transform>& poses = last_.stood;
-  AMONTONS_REQUIRE(state_.impulse_step > 0 && poses.size() == model_->bodies(),
+double Simulation::instant_time() const {
+  AMONTONS_REQUIRE(state_.impulse_step > 0 && last_.stood.size() == model_->bodies(),
                    "there was no step yet to which forces could belong; call step() first");
+  return last_.begun;
+}
+
+StepInstant Simulation::instant() const {
+  const double time = instant_time();
+  const std::vector<Transform>& poses = last_.stood;
   State there = state_;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     there.positions[i] = poses[i].position;
     there.orientations[i] = poses[i].rotation;
   }
-  return {last_.begun, read_coordinates(*tree_, there).q};
+  return {time, read_coordinates(*tree_, there).q};
 }
 
 // Copied, not moved: users hold views of the arrays.

@@ -203,6 +203,10 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
   return solve_for_light_bodies(solver, problem, std::move(s));
 }
 
+// Squares of natural maps sum over islands, and so do those of zero impulses. The residual of the whole is
+// the quotient of both sums. It is at most the largest residual of an island, and that of the islands at rest
+// was measured with their start.
+//
 // Adds the rows at rest, of `s`, to the solution of the others. An error that these left may be within the
 // tolerance of the whole. `s` and `part` exchange their memory.
 static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solution& part) {

@@ -43,12 +43,17 @@ void NewtonDirection::linearise(const Reduction::Island& island, Law law, const 
 void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<double>& dx) {
   const std::size_t m = island.rows();
   active_.clear();
+  runs_.clear();
   du_.assign(m, 0.0);
   std::size_t rows = 0;
   for (std::size_t b = 0; b < linear_.size(); ++b) {
     Linear& l = linear_[b];
     if (l.acts) {
       active_.push_back(b);
+      if (!runs_.empty() && runs_.back().end == l.row)
+        runs_.back().end += l.dim;
+      else
+        runs_.push_back({l.row, l.row + l.dim});
       l.column = rows;
       rows += l.dim;
       continue;
@@ -85,9 +90,10 @@ void NewtonDirection::fill(const Reduction::Island& island, double sigma) {
 
 // J += h w, where w is a row of W restricted to the columns of the active blocks.
 void NewtonDirection::add_active(const double* w, double h, double* J) const {
-  for (std::size_t b : active_) {
-    const Linear& l = linear_[b];
-    for (std::size_t j = 0; j < l.dim; ++j) *J++ += h * w[l.row + j];
+  for (const Run& run : runs_) {
+    const std::size_t size = run.end - run.first;
+    for (std::size_t j = 0; j < size; ++j) J[j] += h * w[run.first + j];
+    J += size;
   }
 }
 

@@ -34,7 +34,13 @@ class NewtonDirection {
   void fill(const Reduction::Island& island, double sigma);
   void add_active(const double* w, double h, double* J) const;
 
+  // Rows of active blocks that follow each other: [first, end).
+  struct Run {
+    std::size_t first, end;
+  };
+
   std::vector<Linear> linear_;
+  std::vector<Run> runs_;
   std::vector<std::size_t> active_, pivots_;
   std::vector<double> J_, columns_, rhs_, du_;
 };

@@ -37,11 +37,12 @@ class SupportPoints {
   const Site& lowest(double tolerance, std::span<const unsigned char> kept) const;
   // Keeps the corners of the support polygon; the lowest point, and those that are lowest after small turns.
   void keep_outline(double tolerance, std::span<unsigned char> kept);
-  void keep_under_turns(double height, std::span<unsigned char> kept) const;
+  void keep_under_turns(double height, std::span<unsigned char> kept);
   void make_outline();
   void simplify_outline();
 
   std::vector<Site> sites_, flat_, outline_;
+  std::vector<Site> near_;      // places from the lowest point, of those that a turn may bring down
   std::vector<double> losses_;  // per corner of the outline: twice the area that its removal would cost
 };
 

@@ -73,14 +73,22 @@ class Model {
   // Whether two geoms may touch: by masks, exclusions and joints, unless their pair has `always`. Never
   // within one body, nor if neither body is dynamic.
   bool may_touch(Index geom_a, Index geom_b) const;
+  // A model of few geoms lists the pairs that may touch, ascending, the lower index first: a step then tests
+  // their boxes alone, without a tree of all boxes.
+  bool lists_pairs() const { return d_.geoms.size() <= few_geoms; }
+  const std::vector<std::pair<Index, Index>>& listed_pairs() const { return listed_pairs_; }
   // Material of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
   // Rest offset of a geom (m). That of a pair is at most the sum of its geoms'.
   double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
  private:
+  // Size (geoms): 64 have at most 2016 pairs, whose tests cost about as much as the search in a tree.
+  static constexpr std::size_t few_geoms = 64;
+
   void weigh_mechanisms();
   void list_controls();
+  void list_pairs();
 
   ModelDescription d_;
   std::vector<std::size_t> first_dof_;
@@ -93,6 +101,7 @@ class Model {
   std::vector<std::pair<Index, Index>> always_;                      // sorted geom pairs
   std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same for geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
+  std::vector<std::pair<Index, Index>> listed_pairs_;
   std::vector<double> rest_offset_;
   std::vector<double> mobility_factor_;
   std::vector<double> lightness_;  // for each body relative to the heaviest one of its mechanism

@@ -80,6 +80,7 @@ class Simulation {
   const Tree& tree() const { return *tree_; }
   // The instant to which the forces of the last step belong. InputError before the first step.
   StepInstant instant() const;
+  double instant_time() const;  // s, of that instant
   // The state at the start of the last step; without bodies before the first step.
   const State& last_state() const;
   // Contacts of the last step or substep, including open ones.

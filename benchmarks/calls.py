@@ -1,0 +1,112 @@
+"""Processor time of calls from Python: a step beside that of the compiled module, tables and single values.
+
+    python benchmarks/calls.py [--quick] [--out FOLDER]
+
+An arm of seven hinges with servos, which swings, and a box on a floor. Rows: model, call, microseconds: the
+least mean of seven parts. "step, compiled" is the call of the compiled module, which `Simulation.step` makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import process_time
+
+import amontons
+from amontons.shapes import Box, Capsule
+from common import arguments, use_one_core, with_folders, write_csv
+from rich.console import Console
+from rich.table import Table
+
+PARTS, CALLS, QUICK = 7, 400, 40
+
+
+def arm(hinges: int = 7) -> amontons.Model:
+    builder = amontons.ModelBuilder()
+    above: int | None = None
+    for k in range(hinges):
+        place = (0.2 * k + 0.1, 0.0, 0.0)
+        body = builder.add_body(f"link {k}", shape=Capsule(0.03, 0.07), mass=1.0, position=place)
+        axis = (0, 1, 0) if k % 2 else (0, 0, 1)
+        motor = amontons.Motor("position", kp=100.0, kd=10.0, max_effort=50.0)
+        builder.add_revolute_joint(
+            body, above, point=(0.2 * k, 0, 0), axis=axis, motor=motor, name=f"joint {k}"
+        )
+        above = body
+    return builder.build()
+
+
+def box() -> amontons.Model:
+    builder = amontons.ModelBuilder()
+    builder.add_floor()
+    builder.add_body("box", shape=Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.1))
+    return builder.build()
+
+
+def calls(simulation: amontons.Simulation) -> dict[str, Callable[[], object]]:
+    core, model = simulation._core, simulation.model
+
+    def contacts() -> object:
+        simulation._contacts = None  # made again, as after a step
+        return simulation.contacts
+
+    link = model.link_names[-1]
+    given: dict[str, Callable[[], object]] = {
+        "step, compiled": core.step,
+        "step": simulation.step,
+        "contacts": contacts,
+        "links": lambda: simulation.links,
+        "link(name)": lambda: simulation.link(link),
+        "jacobian(name)": lambda: simulation.jacobian(link),
+        "jacobians()": simulation.jacobians,
+        "q": lambda: simulation.q,
+    }
+    if model.joints:
+        joint = model.joint_names[-1]
+        given |= {
+            "efforts()": simulation.efforts,
+            "joint_efforts": lambda: simulation.joint_efforts,
+            "effort(name)": lambda: simulation.effort(joint),
+            "joint_reactions": lambda: simulation.joint_reactions,
+            "reaction(name)": lambda: simulation.reaction(joint),
+            "set_control(name)": lambda: simulation.set_control(joint, 0.1),
+        }
+    return given
+
+
+def least_times(functions: dict[str, Callable[[], object]], count: int) -> dict[str, float]:
+    """Of one call each (s); they take turns, as the state changes."""
+    least = dict.fromkeys(functions, float("inf"))
+    for _ in range(PARTS):
+        for name, function in functions.items():
+            start = process_time()
+            for _ in range(count):
+                function()
+            least[name] = min(least[name], (process_time() - start) / count)
+    return least
+
+
+def main() -> None:
+    options = with_folders(arguments(__doc__).parse_args())
+    use_one_core()
+    count, rows = QUICK if options.quick else CALLS, []
+    for name, model in (("arm of 7 hinges", arm()), ("box on a floor", box())):
+        simulation = amontons.Simulation(model, dt=2e-3)
+        for _ in range(50):
+            simulation.step()
+        rows += [
+            {"model": name, "call": call, "microseconds": 1e6 * seconds}
+            for call, seconds in least_times(calls(simulation), count).items()
+        ]
+    table = Table(box=None, header_style="bold")
+    for title in ("model", "call"):
+        table.add_column(title)
+    table.add_column("microseconds", justify="right")
+    for row in rows:
+        table.add_row(row["model"], row["call"], f"{row['microseconds']:.1f}")
+    Console().print(table)
+    write_csv(options.out / "calls.csv", rows)
+    print(f"written to {options.out / 'calls.csv'}")
+
+
+if __name__ == "__main__":
+    main()

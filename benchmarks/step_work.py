@@ -1,0 +1,238 @@
+"""Instructions of a time step by stage, counted by callgrind: figures that do not depend on the load.
+
+    python benchmarks/step_work.py [FILE ...] [--only PART ...] [--functions] [--steps 50] [--dt 2e-3]
+                                   [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
+
+Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
+corners and on a height field, which the script builds. Controls are random and constant, within a quarter of
+their range.
+
+A row per model and stage: thousands of instructions per step. A stage is the sum of functions (STAGES), each
+with all that it calls; "step" is the whole. --functions lists all functions of the library with at least 1 %
+of the step instead. --beside prints the ratio to the rows of an earlier run. --program takes the program of
+another build. Needs valgrind, and the program: cmake --build build/python --target step_work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import shutil
+import subprocess
+import tempfile
+import warnings
+import zlib
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import amontons
+import numpy as np
+from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape
+from common import ROOT, SAMPLE, arguments, read_csv, with_folders, write_csv
+from rich.console import Console
+from rich.table import Table
+
+PROGRAM = ROOT / "build" / "python" / "benchmarks" / "step_work"
+BEFORE, QUICK = 100, 5
+"""Steps before those that count, in which initial overlaps and falls pass; steps that count in a sample."""
+SHARE = 0.25
+"""of the range of a control: how far it is from its middle at most"""
+LEAST = 0.01
+"""of a step: functions with less are not listed"""
+WHOLE = "counted_steps"
+STAGES = {
+    "frames": ("place_bodies", "update_coordinates", "place_joints"),
+    "free velocities": ("make_free_velocities",),
+    "collision": ("ContactFinder::find",),
+    "look ahead": ("ContactFinder::find_unforeseen", "ContactFinder::find_middles"),
+    "positions": ("correct_positions",),
+    "joint rows": ("append_joint_rows",),
+    "assembly": ("assemble",),
+    "solve": ("solve_step",),
+    "motion": ("integrate",),
+}
+ROBOTS = (
+    "unitree_go1/scene.xml", "mujoco/humanoid/humanoid.xml", "dm_walkers/humanoid_CMU_V2020.xml",
+    "shadow_hand/scene_right.xml", "ufactory_xarm7/scene.xml", "bullet3/kuka_iiwa/model.urdf",
+    "bullet3/quadruped/minitaur.urdf", "example-robot-data/robots/laikago_description/urdf/laikago.urdf",
+    "gymnasium/swimmer.xml",
+)  # fmt: skip
+Row = dict[str, object]
+
+
+def on_feet(corners: int, ground: Shape | None = None) -> amontons.Model:
+    """A body on four legs whose feet are hulls of so many corners, on a plane or on other ground."""
+    rng = np.random.default_rng(corners)
+    points = rng.normal(size=(corners, 3))
+    points *= np.array((0.1, 0.06, 0.03)) / np.linalg.norm(points, axis=1)[:, None]
+    return robot(Hull(points), 0.04, ground or Plane())
+
+
+def on_wheels(points: int) -> amontons.Model:
+    """A body on four wheels, on a height field of points x points heights."""
+    return robot(Cylinder(0.1, 0.03), 0.13, bumps(points))
+
+
+def bumps(points: int) -> HeightField:
+    """Random heights up to 2 cm, on 4 m x 4 m."""
+    return HeightField(0.02 * np.random.default_rng(points).random((points, points)), 4.0, 4.0)
+
+
+def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
+    """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
+    builder = amontons.ModelBuilder()
+    builder.add_geom(None, ground)
+    trunk = builder.add_body(shape=Box((0.4, 0.2, 0.05)), density=300.0, position=(0, 0, height + 0.2))
+    for x, y in ((-0.4, -0.3), (-0.4, 0.3), (0.4, -0.3), (0.4, 0.3)):
+        # A cylinder's axis is its z axis; a wheel rolls about y.
+        turn = (math.sqrt(0.5), math.sqrt(0.5), 0, 0) if isinstance(foot, Cylinder) else (1.0, 0, 0, 0)
+        end = builder.add_body(shape=foot, density=1000.0, position=(x, y, height), orientation=turn)
+        builder.add_revolute_joint(trunk, end, point=(x, y, height), axis=(0, 1, 0), damping=0.5)
+    return builder.build()
+
+
+SCENES: dict[str, Callable[[], amontons.Model]] = {
+    "feet of 50 corners": partial(on_feet, 50),
+    "feet of 500 corners": partial(on_feet, 500),
+    "feet of 5000 corners": partial(on_feet, 5000),
+    "feet of 500 corners on 100 x 100 heights": lambda: on_feet(500, bumps(100)),
+    "feet of 500 corners on a slab": lambda: on_feet(500, Box((2.0, 2.0, 1e-3))),
+    "wheels on 100 x 100 heights": partial(on_wheels, 100),
+}
+
+
+def loaded(path: Path) -> amontons.Model:
+    """The model of a file as it loads; one that floats without a floor, as those of URDF, on a floor."""
+    model = amontons.load_model(path)
+    if path.suffix == ".urdf" and any(c.kind == "free" for c in model.coordinates.values()):
+        model = amontons.on_floor(model)
+    return model
+
+
+def controls(model: amontons.Model, seed: int) -> list[float]:
+    rng = np.random.default_rng(seed)
+    given = amontons.Simulation(model).state.controls.tolist()
+    for k, drive in enumerate(model.actuators):
+        low, high = drive.lower_control, drive.upper_control
+        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
+        given[k] = min(max(0.0, low), high) + SHARE * (high - low) * float(rng.uniform(-1, 1))
+    return given
+
+
+def profile(name: str, model: amontons.Model, options: argparse.Namespace) -> Path | str:
+    """Writes callgrind's profile of the counted steps to options.folder; or what went wrong."""
+    file, out = options.folder / "model.json", options.folder / "profile"
+    amontons.write_model(model, file)
+    command = [
+        "valgrind", "--tool=callgrind", f"--toggle-collect={WHOLE}", f"--callgrind-out-file={out}",
+        options.program, file, options.dt, BEFORE, options.steps, *controls(model, zlib.crc32(name.encode())),
+    ]  # fmt: skip
+    ended = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    return ended.stderr.strip().splitlines()[-1] if ended.returncode else out
+
+
+def inclusive_costs(profile: Path) -> dict[str, int]:
+    """Instructions of each function of the library with what it calls, summed over overloads."""
+    command = ["callgrind_annotate", "--inclusive=yes", "--threshold=100", "--show-percs=no", str(profile)]
+    text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    costs: dict[str, int] = {}
+    for line in text.splitlines():
+        found = re.match(r"\s*([\d,]+)\s+[^:]*:(?:void )?(amontons::.*?|counted_steps)(?: \[\S*\])?$", line)
+        if found:
+            name = plain(found[2])
+            costs[name] = costs.get(name, 0) + int(found[1].replace(",", ""))
+    return costs
+
+
+def plain(function: str) -> str:
+    """The name of a function without namespace, arguments of templates and arguments."""
+    name, inner = function.replace("(anonymous namespace)::", ""), re.compile(r"<[^<>]*>")
+    while inner.search(name):
+        name = inner.sub("", name)
+    return name.split("(")[0].removeprefix("amontons::")
+
+
+def rows_of(name: str, costs: dict[str, int], options: argparse.Namespace) -> Iterator[Row]:
+    parts = {stage: sum(costs.get(f, 0) for f in functions) for stage, functions in STAGES.items()}
+    if options.functions:
+        parts = {f: c for f, c in costs.items() if f != WHOLE and c >= LEAST * costs[WHOLE]}
+        parts = dict(sorted(parts.items(), key=lambda part: -part[1]))
+    for part, cost in {"step": costs[WHOLE], **parts}.items():
+        yield {"model": name, "part": part, "thousands": 1e-3 * cost / options.steps}
+
+
+def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
+    """A line per part and a column per model, with the ratio to the other run."""
+    names = list(dict.fromkeys(str(row["model"]) for row in rows))
+    cells: dict[str, dict[str, str]] = {}
+    for row in rows:
+        model, part, cost = str(row["model"]), str(row["part"]), float(str(row["thousands"]))
+        other = beside.get((model, part), 0.0)
+        text = f"{cost:.1f}" + (f" ({cost / other:.2f})" if other else "")
+        cells.setdefault(part, {})[model] = text
+    table = Table(box=None, header_style="bold", padding=(0, 1))
+    table.add_column("thousands of instructions per step")
+    for name in names:
+        table.add_column(name.removesuffix("/scene.xml").split("/")[-1], justify="right")
+    for part, line in cells.items():
+        table.add_row(part, *(line.get(name, "") for name in names))
+    Console(width=max(120, 24 + 18 * len(names))).print(table)
+
+
+def chosen(options: argparse.Namespace) -> dict[str, Callable[[], amontons.Model]]:
+    """What makes each model, by name."""
+    robots = options.data / "robots"
+    found = {str(path): partial(loaded, path) for path in options.files} if options.files else dict(SCENES)
+    if not options.files and robots.is_dir():
+        found = {name: partial(loaded, robots / name) for name in ROBOTS} | found
+    elif not options.files:
+        print(f"step_work: the robots are skipped, there is no folder {robots}")
+    return {
+        name: make for name, make in found.items() if not options.only or any(p in name for p in options.only)
+    }
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="PART", help="models whose name holds one of these"
+    )
+    parser.add_argument("--functions", action="store_true", help="functions instead of stages")
+    parser.add_argument("--steps", type=int, default=50, help="steps that count (default: 50)")
+    parser.add_argument("--dt", type=float, default=2e-3, help="time step (s)")
+    parser.add_argument("--program", type=Path, default=PROGRAM)
+    parser.add_argument("--beside", type=Path, metavar="CSV", help="an earlier run to compare with")
+    options = parser.parse_args()
+    if options.only or options.files or options.functions:  # not the run whose results are kept
+        options.out = options.out or SAMPLE
+    with_folders(options)
+    if options.quick:
+        options.steps = QUICK
+    missing = [p for p in ("valgrind", "callgrind_annotate", options.program) if not shutil.which(p)]
+    if missing:
+        print(f"step_work: skipped, there is no {missing[0]}; install valgrind, build the target step_work")
+        return
+    rows: list[Row] = []
+    for name, make in chosen(options).items():
+        with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+            warnings.simplefilter("ignore")
+            options.folder = Path(folder)
+            try:
+                out = profile(name, make(), options)
+            except (amontons.InputError, OSError) as error:
+                out = str(error)
+            if isinstance(out, str):
+                print(f"step_work: {name}: skipped, {' '.join(out.split())[:200]}")
+            else:
+                rows += rows_of(name, inclusive_costs(out), options)
+    earlier = read_csv(options.beside) if options.beside else []
+    show(rows, {(row["model"], row["part"]): float(row["thousands"]) for row in earlier})
+    write_csv(options.out / "step_work.csv", rows)
+    print(f"written to {options.out / 'step_work.csv'}")
+
+
+if __name__ == "__main__":
+    main()
