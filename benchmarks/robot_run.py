@@ -14,6 +14,7 @@ import math
 import re
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -35,6 +36,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=2.0)
     parser.add_argument("--dt", type=float)
     parser.add_argument("--limit", type=float, default=60.0)
+    parser.add_argument("--trees", choices=("none", "auto"), default="none")
     parser.add_argument("--urdf", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore", amontons.StepWarning)
@@ -47,7 +49,7 @@ def main() -> None:
 def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """What is known after each stage; one that runs out of its share of the limit leaves the rest theirs."""
     start = perf_counter()
-    model, facts = our_model(options.file)
+    model, facts = our_model(options.file, options.trees)
     yield {**facts, "load_time": perf_counter() - start}
     floor = None
     if model is not None and options.urdf:
@@ -99,12 +101,12 @@ def compiled_urdf(path: Path, floor: float | None) -> Any:
     return compiled.spec.compile()
 
 
-def our_model(path: Path) -> tuple[amontons.Model | None, dict[str, Any]]:
-    """The model as it loads by default, or None if it is refused; and what of the file was not read."""
+def our_model(path: Path, trees: str = "none") -> tuple[amontons.Model | None, dict[str, Any]]:
+    """The model as it loads, or None if it is refused; and what of the file was not read."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the model has the list
         try:
-            model = amontons.load_model(path)
+            model = replace(amontons.load_model(path), trees=trees)
         except (amontons.InputError, OSError) as error:
             return None, {"load": "refused", "what": " ".join(str(error).split())[:1000]}
     what = [re.sub(r"^\S*/", "", str(entry)) for entry in model.unread]  # the file without its folders
@@ -122,7 +124,9 @@ def with_floor(model: amontons.Model) -> tuple[amontons.Model, float | None]:
     except amontons.InputError:  # nothing that could touch it
         return model, None
     height = model.bodies[0].pose.position[2] - standing.bodies[0].pose.position[2]
-    builder = amontons.ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule)
+    builder = amontons.ModelBuilder(
+        gravity=model.gravity, friction_rule=model.friction_rule, trees=model.trees
+    )
     builder.add_model(model)
     builder.add_floor(height=height, material=amontons.Material(friction=1.0))  # MuJoCo's default
     return builder.build(), height

@@ -72,6 +72,7 @@ def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
     command = [sys.executable, WORKER, path, "--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
+    command += ["--trees", options.trees]
     command += ["--urdf"] if content(path)[1] == "robot" else []
     with (
         tempfile.TemporaryFile("w+") as out,
@@ -254,13 +255,14 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?", help="of models (default: robots in the data folder)")
     parser.add_argument("--duration", type=float, help="simulated time of a run (default: 2 s)")
     parser.add_argument("--dt", type=float, help="time step (default: that of Simulation)")
+    parser.add_argument("--trees", choices=("none", "auto"), default="none", help="form of the joints")
     parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
     parser.add_argument("--jobs", type=int, default=1, help="models at a time")
     parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
     parser.add_argument("--check", action="store_true", help="exit with 1 if a model has a fault")
     options = parser.parse_args()
     ours = options.folder is None
-    kept = ours and not (options.only or options.duration or options.dt)
+    kept = ours and not (options.only or options.duration or options.dt or options.trees != "none")
     if not kept:
         options.out = options.out or SAMPLE
     with_folders(options)

@@ -21,6 +21,7 @@ from pathlib import Path
 from time import perf_counter
 
 import report
+import report_measured
 from common import ROOT, arguments, processor, read_csv, with_folders, write_csv
 
 HERE = Path(__file__).resolve().parent
@@ -29,6 +30,7 @@ PARTS = (
     "steps",
     "simulation",
     "physics",
+    "measurements",
     "robots",
     "rollout",
     "studies",
@@ -131,6 +133,8 @@ def main() -> int:
     write_csv(options.out / "environment.csv", environment(options.build, command))
     for path in report.write(options.out.resolve(), docs=options.complete and not failed):
         print(path)
+    if options.complete and not failed:
+        report_measured.renew(options.out)
     print(f"{perf_counter() - start:.0f} s in all" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return bool(failed)
 

@@ -41,6 +41,7 @@ nb::class_<T> bind_fields(nb::module_& m, const char* name) {
 void bind_model(nb::module_& m) {
   bind_names<Motion>(m, "Motion");
   bind_names<FrictionRule>(m, "FrictionRule");
+  bind_names<Trees>(m, "Trees");
   bind_names<MotorKind>(m, "MotorKind");
   bind_names<Dof::Kind>(m, "DofKind");
   bind_names<JointKind>(m, "JointKind");

@@ -292,7 +292,12 @@ void bind_simulation(nb::module_& m) {
       .def("contact_arms", &contact_arms)
       .def("contact_events", &contact_events)
       .def_prop_ro(
-          "problem", [](const Simulation& s) { return idle(s).problem(); },
+          "problem",
+          [](const Simulation& s) -> std::shared_ptr<const Problem> {
+            const auto problem = idle(s).problem();
+            return problem && has_trees(*problem) ? std::make_shared<const Problem>(as_matrix(*problem))
+                                                  : problem;
+          },
           nb::for_getter(nb::sig("def problem(self) -> Problem | None")),
           "The VI of the last step, shared and never changed; None before the first.")
       .def(

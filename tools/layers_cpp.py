@@ -35,7 +35,7 @@ LAYERS: dict[str, list[str]] = {
         "choice",
     ],
     "collision": ["shapes", "narrow", "broad_phase", "pairs", "rays"],
-    "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "step", "worlds"],
+    "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "trees", "step", "worlds"],
     "picture": [],
 }
 # Sources that declare nothing and so have no header: the file and the reason.

@@ -31,7 +31,7 @@ MOST_BODIES, MOST_PATCHES = 1000, 200
 
 
 class _Drake:
-    def __init__(self, subject: Subject, dt: float, tuned: bool) -> None:
+    def __init__(self, subject: Subject, dt: float, tuned: bool, approximation: str) -> None:
         from pydrake.geometry import SceneGraphConfig
         from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
         from pydrake.systems.analysis import Simulator
@@ -41,7 +41,7 @@ class _Drake:
         if len(subject.model.bodies) > (MOST_PATCHES if tuned else MOST_BODIES):
             raise Unsupported(f"solver for {len(subject.model.bodies)} bodies within minutes a step")
         builder, config, scene = DiagramBuilder(), MultibodyPlantConfig(), SceneGraphConfig()
-        config.time_step = dt
+        config.time_step, config.discrete_contact_approximation = dt, approximation
         if tuned:
             # Faces of boxes meet in patches, not in a point each.
             scene.default_proximity_properties.compliance_type = "compliant"
@@ -224,14 +224,16 @@ def _read(plant: Any, graph: Any, subject: Subject) -> dict[int, Any]:
     return found
 
 
-def _engine(name: str, tuned: bool) -> Engine:
+def engine(name: str, *, tuned: bool = False, approximation: str = "lagged") -> Engine:
+    """approximation: lagged (Drake's default), sap, similar or tamsi."""
+
     def start(subject: Subject, dt: float) -> Running:
-        return _Drake(subject, dt, tuned)
+        return _Drake(subject, dt, tuned, approximation)
 
     return Engine(name, tuned, start)
 
 
 def engines() -> Iterator[Engine]:
     if importlib.util.find_spec("pydrake"):
-        yield _engine("Drake", False)
-        yield _engine("Drake, tuned", True)
+        yield engine("Drake")
+        yield engine("Drake, tuned", tuned=True)

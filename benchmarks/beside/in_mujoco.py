@@ -199,7 +199,7 @@ def _from_file(engine: Any, subject: Subject, dt: float, settings: Settings) -> 
     return m
 
 
-def _engine(name: str, settings: Settings) -> Engine:
+def engine(name: str, settings: Settings) -> Engine:
     def start(subject: Subject, dt: float) -> Running:
         return _MuJoCo(subject, dt, settings)
 
@@ -208,5 +208,5 @@ def _engine(name: str, settings: Settings) -> Engine:
 
 def engines() -> Iterator[Engine]:
     if importlib.util.find_spec("mujoco"):
-        yield _engine("MuJoCo", Settings())
-        yield _engine("MuJoCo, tuned", TUNED)
+        yield engine("MuJoCo", Settings())
+        yield engine("MuJoCo, tuned", TUNED)

@@ -45,6 +45,9 @@ from .model.drives import TendonTerm as TendonTerm
 from .model.drives import Transmission as Transmission
 from .model.links import Link as Link
 from .model.model import Model as Model
+from .model.orientations import from_euler as from_euler
+from .model.orientations import from_matrix as from_matrix
+from .model.orientations import look_at as look_at
 from .model.parts import Body as Body
 from .model.parts import Coupling as Coupling
 from .model.parts import Dof as Dof
@@ -87,6 +90,7 @@ from .simulation.acting import Reaction as Reaction
 from .simulation.events import ContactEvents as ContactEvents
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
+from .simulation.loads import Loads as Loads
 from .simulation.outcome import Report as Report
 from .simulation.own_method import SolveOptions as SolveOptions
 from .simulation.queries import RayHit as RayHit

@@ -459,6 +459,11 @@ class FrictionRule(enum.Enum):
 
     mean = 3
 
+class Trees(enum.Enum):
+    none = 0
+
+    auto = 1
+
 class MotorKind(enum.Enum):
     none = 0
 
@@ -1418,6 +1423,12 @@ class ModelDescription:
 
     @friction_rule.setter
     def friction_rule(self, arg: FrictionRule, /) -> None: ...
+
+    @property
+    def trees(self) -> Trees: ...
+
+    @trees.setter
+    def trees(self, arg: Trees, /) -> None: ...
 
 class Model:
     """A checked description, which never changes."""

@@ -222,7 +222,9 @@ def unit_vector(what: str, values: Any) -> Vector3:
 
 
 def quaternion(what: str, values: Any) -> Quaternion:
-    """A unit quaternion (w, x, y, z); one that is so within UNIT is normalised."""
+    """A unit quaternion (w, x, y, z), or a Rotation of SciPy; one that is so within UNIT is normalised."""
+    if callable(getattr(values, "as_quat", None)):  # x, y, z, w
+        values = np.roll(values.as_quat(), 1)
     remedy = ": w, x, y, z of a unit quaternion, as amontons.axis_angle(axis, angle) makes them"
     q = entries(what, values, 4, remedy=remedy)
     length = math.hypot(*q)

@@ -1,5 +1,7 @@
 """The shapes of collision geometry under their public name; model/shapes.py holds them."""
 
+from .model.decomposing import Decomposition as Decomposition
+from .model.decomposing import decompose as decompose
 from .model.shapes import *  # noqa: F403
 from .model.shapes import KINDS as _KINDS
 

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 
+#include "amontons/problem/linkage.hpp"
+
 namespace amontons {
 
 namespace {
@@ -34,24 +36,6 @@ void add_wrench(double* w, const Vec3& force, const Vec3& moment, double sign) {
     w[k] += sign * force[k];
     w[3 + k] += sign * moment[k];
   }
-}
-
-// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
-void apply_masses(const ContactSystem& A, std::vector<double>& w) {
-  static thread_local std::vector<double> held;
-  if (A.constrained) {
-    held.clear();
-    for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
-    A.constrained->apply(held.data());
-  }
-  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
-    double v[6];
-    A.bodies.apply(i, &w[6 * i], v);
-    std::copy(v, v + 6, &w[6 * i]);
-  }
-  if (!A.constrained) return;
-  for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
-    std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);
 }
 
 Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
@@ -162,6 +146,24 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
   }
 }
 
+// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
+void apply_masses(const ContactSystem& A, std::span<double> w) {
+  static thread_local std::vector<double> held;
+  if (A.constrained) {
+    held.clear();
+    for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
+    A.constrained->apply(held.data());
+  }
+  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    double v[6];
+    A.bodies.apply(i, &w[6 * i], v);
+    std::copy(v, v + 6, &w[6 * i]);
+  }
+  if (!A.constrained) return;
+  for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
+    std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);
+}
+
 // y = D M^-1 D'x + E x in three sweeps:
 //  1. over contacts and rows   w = D'x, the impulses at the centres of mass
 //  2. over bodies              w = M^-1 w, their velocities
@@ -189,9 +191,56 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   }
 }
 
+namespace {
+
+// diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies. A light link that carries heavy
+// ones counts with the mass that an impulse on it feels, not with its own.
+void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
+  std::size_t row = 0;
+  const auto add = [&](double E, const JacobianRow& j) {
+    double sum = E + effective_inverse_mass(A.bodies, trees.without_trees(j));
+    for (std::size_t k = A.half.first[row]; k < A.half.first[row + 1]; ++k)
+      sum += A.half.value[k] * A.half.value[k];
+    d[row++] = sum;
+  };
+  for (std::size_t i = 0; i < A.contacts.size(); ++i) {
+    const ContactBasis basis(A.contacts[i]);
+    for (int k = 0; k < A.contacts[i].rows; ++k)
+      add(A.contact_compliance[i], jacobian_row(A.contacts[i], basis, k));
+  }
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i) add(A.compliance[i], A.jacobian[i]);
+}
+
+}  // namespace
+
+// Made with the problem, because P and the matrix of an island both need these rows.
+void ContactSystem::renew() {
+  half.first.clear();
+  half.coordinate.clear();
+  half.value.clear();
+  if (!constrained || !constrained->linkage) return;
+  const Linkage& trees = *constrained->linkage;
+  static thread_local std::vector<double> y;
+  static thread_local std::vector<Index> support;
+  y.resize(trees.coordinates());
+  half.first.push_back(0);
+  const auto append = [&](const JacobianRow& row) {
+    trees.half_solve(row, y.data(), support);
+    half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
+    for (const Index k : support) half.value.push_back(y[k]);
+    half.first.push_back(half.value.size());
+  };
+  for (const Contact& c : contacts) {
+    const ContactBasis basis(c);
+    for (int k = 0; k < c.rows; ++k) append(jacobian_row(c, basis, k));
+  }
+  for (const JacobianRow& row : jacobian) append(row);
+}
+
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
 void ContactSystem::diagonal(std::span<double> d) const {
+  if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
@@ -208,6 +257,7 @@ void ContactSystem::diagonal(std::span<double> d) const {
 ContactSystem ContactSystem::stored() const {
   ContactSystem op;
   op.bodies = bodies;
+  op.constrained = constrained;
   op.jacobian.reserve(rows());
   op.compliance.reserve(rows());
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -240,12 +240,32 @@ void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, 
 
 // P from the diagonal, the graph from the bodies: derived data of A and K are made once, here.
 void renew(Problem& problem) {
+  if (auto* system = std::get_if<ContactSystem>(&problem.A)) system->renew();
   static thread_local std::vector<double> diag;
   diag.resize(problem.rows());
   diagonal(problem.A, diag);
   make_preconditioner(problem.K, diag, problem.P);
   if (const auto* system = std::get_if<ContactSystem>(&problem.A))
     make_contact_graph(*system, problem.K, problem.graph);
+}
+
+bool has_trees(const Problem& problem) {
+  const auto* system = std::get_if<ContactSystem>(&problem.A);
+  return system && system->constrained && system->constrained->linkage;
+}
+
+// A is symmetric: the product with a unit vector is a row. P stays that of the problem, so that residuals
+// agree. There is no graph, as for every matrix: such a problem is one island.
+Problem as_matrix(const Problem& problem) {
+  const std::size_t m = problem.rows();
+  auto data = std::make_shared<std::vector<double>>(m * m);
+  std::vector<double> unit(m, 0.0);
+  for (std::size_t i = 0; i < m; ++i) {
+    unit[i] = 1;
+    product(problem.A, unit, std::span(*data).subspan(m * i, m));
+    unit[i] = 0;
+  }
+  return {DenseOperator{*data, m, data}, problem.b, problem.K, problem.P, {}, problem.law};
 }
 
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {

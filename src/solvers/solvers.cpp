@@ -70,6 +70,8 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   in_time.deadline -= ending(problem, options.deadline);
   if (!has_passes(method)) in_time.iterates = nullptr;
   const Budget budget(in_time.deadline, options.interrupted);
+  // Only these need no more of A than products; `auto` knows trees.
+  if (has_trees(problem) && !has_passes(method)) return run(as_matrix(problem), in_time);
   return run(problem, in_time);
 }
 

@@ -68,6 +68,7 @@ ModelDescription box_at(double gap) {
 struct Stages {
   std::shared_ptr<const Model> model;
   Tree tree;
+  Forest forest;
   SimulationOptions options;
   StepSetting step;
   StepClock clock{infinity};
@@ -83,8 +84,10 @@ struct Stages {
   explicit Stages(const ModelDescription& d)
       : model(std::make_shared<const Model>(d)),
         tree(model),
+        forest(make_forest(tree)),
         step{.model = *model,
              .tree = tree,
+             .forest = forest,
              .options = options,
              .h = h,
              .margin = 0.02 * model->length(),
@@ -295,10 +298,19 @@ TEST(move_on_moves_by_the_velocities_after) {
 
 // Breaks when the values of a step hide something on which the next one depends: here all but the state is
 // new in every step, and a simulation keeps it.
-TEST(values_of_a_step_are_memory_only) {
+static void check_that_values_are_memory_only(Trees trees) {
   ModelDescription d = ground({.friction = 0.5});
+  d.trees = trees;
   add_body(d, 2, Box{{0.5, 0.5, 0.5}}, {0, 0, 0.52}, {1, 0, 0}, {.friction = 0.5});
   add_body(d, 1, Sphere{0.3}, {0.1, 0, 1.4}, {}, {.friction = 0.5, .restitution = 0.6});
+  add_body(d, 1, Sphere{0.3}, {2.1, 0, 1.02}, {}, {.friction = 0.5});
+  Joint joint;  // a ball that swings on the box
+  joint.body_a = 2;
+  joint.body_b = 0;
+  joint.spherical = true;
+  joint.frame_a.position = {-0.6, 0, 0};
+  joint.frame_b.position = {1.5, 0, 0.5};
+  d.joints.push_back(joint);
   Stages first(d);
   Simulation simulation(first.model, first.options);
   State state = first.state;
@@ -323,3 +335,5 @@ TEST(values_of_a_step_are_memory_only) {
     CHECK(same_bits(state.angular_velocities, simulation.state().angular_velocities));
   }
 }
+TEST(values_of_a_step_are_memory_only) { check_that_values_are_memory_only(Trees::none); }
+TEST(values_of_a_step_with_trees_are_memory_only) { check_that_values_are_memory_only(Trees::automatic); }

@@ -1,6 +1,7 @@
 """Islands rest alone: what stands needs no iterations beside something that moves."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import amontons
@@ -62,12 +63,12 @@ def test_a_stack_wakes_when_it_is_hit():
     assert moved[2:].max() < 1e-6
 
 
-def quadruped(boxes):
+def quadruped(boxes, trees):
     """A robot of four legs, and boxes that rest beside it in columns of three."""
     b = ModelBuilder()
     b.add_model(amontons.load_model(ROBOTS / "unitree_go1" / "scene.xml"))
     add_boxes(b, boxes // 3, 3)
-    return b.build()
+    return replace(b.build(), trees=trees)
 
 
 def driven(sim, steps):
@@ -81,13 +82,15 @@ def driven(sim, steps):
 
 
 # Breaks when the contacts of the pile, some hundred, are solved with those of the robot: its 27 boxes then
-# add 60 % to the iterations. The robot alone moves a little differently, because errors count relative to
-# the size of the model.
-def test_a_resting_pile_beside_a_robot_needs_no_iterations():
+# add 60 % to the iterations. In coordinates of its joints the robot has bodies that no row touches; breaks
+# when these do not wake its island. The robot alone moves a little differently, because errors count relative
+# to the size of the model.
+@pytest.mark.parametrize("trees", ["none", "auto"])
+def test_a_resting_pile_beside_a_robot_needs_no_iterations(trees):
     if not ROBOTS.exists():
         pytest.skip(f"no {ROBOTS}")
     pytest.importorskip("mujoco")
-    alone, beside = (amontons.Simulation(quadruped(boxes), dt=2e-3, threads=1) for boxes in (0, 27))
+    alone, beside = (amontons.Simulation(quadruped(boxes, trees), dt=2e-3, threads=1) for boxes in (0, 27))
     for sim in (alone, beside):
         driven(sim, 100)
     assert driven(beside, 300) <= 1.1 * driven(alone, 300)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "amontons/problem/contact.hpp"
+#include "amontons/problem/jacobian_row.hpp"
 
 namespace amontons {
 
@@ -25,20 +26,25 @@ struct Bodies {
   void apply(std::size_t body, const double* f, double* v) const;
 };
 
-// One row of D: the gradient of a constraint direction in body space, for at most two bodies (index -1: the
-// world).
-struct JacobianRow {
-  Index body_a, body_b;
-  std::array<double, 6> a, b;  // (linear, angular) of each body
-};
+struct Linkage;  // bodies in coordinates of the joints between them, problem/linkage.hpp
 
-// Bodies connected by rigid joints whose rows have been eliminated: an impulse at one of them moves all,
-// docs/algorithm.md (32).
+// Bodies connected by rigid joints that have no rows, or whose rows have been eliminated: an impulse at one
+// of them moves all, docs/algorithm.md (32).
 struct ConstrainedBodies {
   std::vector<Index> body;  // ascending
   // In place, six numbers per body: from impulses to velocities, a symmetric positive semidefinite map.
   // Called by one thread at a time.
   std::function<void(double* w)> apply;
+  // If the bodies are those of trees; null if `apply` is any other map.
+  std::shared_ptr<const Linkage> linkage = {};
+};
+
+// Rows of D M^-1/2 on trees (Linkage::half_solve), row by row: nonzeros of row i are [first[i], first[i +
+// 1]).
+struct HalfRows {
+  std::vector<std::size_t> first;
+  std::vector<Index> coordinate;
+  std::vector<double> value;
 };
 
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows. The rows of the contacts
@@ -51,14 +57,18 @@ struct ContactSystem {
   std::vector<double> contact_compliance;  // one E per contact, isotropic
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance;  // E, one per stored row
-  // Replaces M^-1 for some bodies; null if all are free. diagonal() is that of free bodies, an upper bound
-  // for these. First-order methods support it, factorisations do not.
+  // Replaces M^-1 for some bodies; null if all are free. Without a linkage, diagonal() is that of free
+  // bodies, an upper bound for these. First-order methods and the direct way support it, other factorisations
+  // do not.
   std::shared_ptr<const ConstrainedBodies> constrained;
+  HalfRows half;  // of all rows, by renew(); empty without a linkage
 
   std::size_t contact_rows() const;
   std::size_t rows() const { return contact_rows() + jacobian.size(); }
   void product(std::span<const double> x, std::span<double> y) const;
   void diagonal(std::span<double> d) const;
+  // Makes `half` after rows, bodies or the linkage have changed.
+  void renew();
   // The same operator with all rows stored, for methods that process row by row.
   ContactSystem stored() const;
 };
@@ -68,5 +78,8 @@ JacobianRow jacobian_row(const Contact& contact, const ContactBasis& basis, int 
 
 // w += D'x, w six numbers per body: the impulses at the centres of mass.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w);
+
+// w = M^-1 w in place: velocities that impulses at the centres of mass cause.
+void apply_masses(const ContactSystem& A, std::span<double> w);
 
 }  // namespace amontons

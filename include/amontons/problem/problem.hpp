@@ -41,6 +41,11 @@ Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law
 // keeps its memory.
 void renew(Problem& problem);
 
+// Whether bodies move in coordinates of joints. Then rows of D and inverse masses are not all of A.
+bool has_trees(const Problem& problem);
+// The same problem with A as a matrix, for what reads rows and masses: methods that factor, files.
+Problem as_matrix(const Problem& problem);
+
 // u plus the De Saxce term: the vector that the VI requires to be in the normal cone. g may be u.
 template <class S>
 inline void add_saxce_term(const S& set, Law law, const double* u, double* g) {

@@ -12,7 +12,7 @@ import typer
 from ..errors import InputError
 from ..io.files import existing, writable
 from ..io.recordings import is_recording, read_recording
-from .common import AsJson, facts_table, one_line_errors, print_json, say
+from .common import AsJson, facts_table, one_line_errors, out, print_json, say
 from .completion import recordings
 
 if TYPE_CHECKING:
@@ -33,17 +33,25 @@ def plot(
         Path | None,
         typer.Option("--output", "--out", "-o", help="PNG, PDF or SVG; else the recording's name with .png."),
     ] = None,
+    loads: Annotated[
+        bool, typer.Option("--loads", help="Table of the loads of joints and contacts; --output: CSV.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Draw columns of a recording over time, a panel for each unit; without columns, list them.
 
     Columns are motor efforts, controls, reactions and sensors (screw.motor, foot.fx), coordinates of joints
     (screw), positions and velocities of bodies (ball.z, ball.vz) and the numbers of reports (energy).
+
+    --loads lists peak, time of the peak, mean, rms and impulse of reactions of joints and of forces between
+    pairs of geoms. Reactions are in the axes of each joint. It marks components that are not determined.
     """
     with one_line_errors():
         path = existing(recording, "a recording")
         if not is_recording(path):
             raise InputError(f"{path}: is no recording; make one with amontons run ... --record FILE.h5")
+        if loads:
+            return _loads(path, columns, output, as_json)
         target = _target(path, output)
         with read_recording(path) as opened:
             if not columns:
@@ -53,6 +61,28 @@ def plot(
         print_json({"files": [target]})
     else:
         say(target)
+
+
+def _loads(path: Path, columns: Sequence[str] | None, output: Path | None, as_json: bool) -> None:
+    """The loads of a recording as a table, as JSON or as a CSV file."""
+    from ..report.loads import loads_of, loads_table, write_loads
+
+    if columns:
+        raise InputError(f"--loads lists all joints and contacts; leave out {columns[0]}")
+    if output is not None and output.suffix.lower() != ".csv":
+        raise InputError(f"--output {output}: loads are a table; give a name that ends in .csv")
+    with read_recording(path) as opened:
+        found = loads_of(opened)
+    if output is not None:
+        write_loads(found, writable(output))
+    if as_json:
+        header, *rows = found.rows()
+        listed = [dict(zip(header, row, strict=True)) for row in rows]
+        print_json({"loads": listed, "files": [output] if output else []})
+    elif output is not None:
+        say(output)
+    else:
+        out.print(loads_table(found), highlight=False, markup=False, soft_wrap=True)
 
 
 def _target(recording: Path, output: Path | None) -> Path:

@@ -19,6 +19,7 @@ from ..errors import FileError, InputError, SimulationError
 from ..io import record as record_to
 from ..io.files import writable
 from ..io.recordings.recorder import Recorder
+from ..simulation.loads import Loads
 from ..simulation.outcome import Report, reports_array
 from ..simulation.signals import Signals
 from ..simulation.simulation import Simulation
@@ -81,6 +82,8 @@ class Outcome:
     """what is read after each step besides its report"""
     readings: list[Array] = field(default_factory=list)
     """of each step"""
+    loads: Loads | None = None
+    """of joints and contacts, for a report"""
 
 
 @pictured
@@ -145,7 +148,7 @@ def run(
         _signals() as signals,
         _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
     ):
-        outcome = Outcome(measured=None if report is None else _measured(chosen, steps))
+        outcome = Outcome() if report is None else _reported(chosen, steps)
         _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
         _close(recorder, outcome)
     with one_line_errors():
@@ -210,6 +213,11 @@ def _steps(subject: Subject, duration: float | None) -> int:
     if not 0 < wanted < float("inf"):
         raise InputError(f"duration = {wanted:g}; it must be positive and finite")
     return most_steps("duration", wanted, max(1, round(wanted / subject.simulation.dt)))
+
+
+def _reported(chosen: Subject, steps: int) -> Outcome:
+    """An outcome that keeps what a report shows."""
+    return Outcome(measured=_measured(chosen, steps), loads=chosen.simulation.loads())
 
 
 def _measured(chosen: Subject, steps: int) -> Signals | None:
@@ -365,6 +373,7 @@ def _as_dict(subject: Subject, outcome: Outcome, files: Sequence[Path]) -> dict[
 
 def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[Path]:
     """The files of the report."""
+    from ..report.loads import write_loads
     from ..report.run_summary import run_figure, write_reports
     from ..report.snapshots import snapshots_figure
 
@@ -377,6 +386,9 @@ def _draw(subject: Subject, outcome: Outcome, folder: Path, view: View) -> list[
     names = outcome.measured.units if outcome.measured else {}
     write_reports(reports, folder / "steps.csv", names=list(names), readings=outcome.readings)
     made = [folder / "report.png", folder / "steps.csv"]
+    if outcome.loads is not None and len(outcome.loads):
+        made.append(folder / "loads.csv")
+        write_loads(outcome.loads, made[-1])
     if outcome.frames and sim.model.geoms:
         made.append(folder / "snapshots.png")
         snapshots_figure(sim.model, outcome.frames, made[-1], view=view)

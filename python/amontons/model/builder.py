@@ -14,7 +14,7 @@ from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
 from .mass import NOTHING, MassProperties
-from .model import FRICTION_RULES, Model, index_of, no_model
+from .model import FRICTION_RULES, TREES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
     NO_FLUID,
@@ -45,7 +45,8 @@ class ModelBuilder(PartBuilder):
     """Collects bodies, geoms, joints, tendons and actuators, then makes a Model of them.
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
-    "minimum" or "mean". fluid: what bodies of added models that feel one move through.
+    "minimum" or "mean". fluid: what bodies of added models that feel one move through. trees: "none", or
+    "auto" for bodies in coordinates of their joints, see `Model.trees`.
 
     All of them are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
@@ -58,10 +59,13 @@ class ModelBuilder(PartBuilder):
         gravity: Numbers = (0.0, 0.0, -9.81),
         friction_rule: str = "geometric_mean",
         fluid: Fluid = NO_FLUID,
+        trees: str = "none",
     ) -> None:
         self._gravity = vector3("gravity", gravity)
         chosen("friction rule", friction_rule, FRICTION_RULES)
         self._friction_rule = friction_rule
+        chosen("trees", trees, TREES)
+        self._trees = trees
         self._fluid = fluid
         self._bodies: list[Body] = []
         self._geoms: list[Geom] = []
@@ -373,6 +377,7 @@ class ModelBuilder(PartBuilder):
             sensors=tuple(self._sensors),
             visuals=tuple(self._visuals),
             links=tuple(self._links),
+            trees=self._trees,
         )
         keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
         return changed(model, keyframes=keyframes)
@@ -423,7 +428,9 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
     low = bottom(model.geoms, model.bodies)
     if not math.isfinite(low):
         raise InputError("on_floor: no body of the model has a shape that can touch a floor; add a geom")
-    builder = ModelBuilder(gravity=model.gravity, friction_rule=model.friction_rule, fluid=model.fluid)
+    builder = ModelBuilder(
+        gravity=model.gravity, friction_rule=model.friction_rule, fluid=model.fluid, trees=model.trees
+    )
     builder.add_model(model, position=(0.0, 0.0, -low))
     builder.add_floor(material=material)
     return builder.build()

@@ -58,6 +58,8 @@ FRICTION_RULES = {
     name: getattr(_core.FrictionRule, name) for name in ("geometric_mean", "maximum", "minimum", "mean")
 }
 
+TREES = {name: getattr(_core.Trees, name) for name in ("none", "auto")}
+
 
 @dataclass(frozen=True)
 class Model:
@@ -97,11 +99,15 @@ class Model:
     """what it looks like, where that is not its geoms"""
     links: tuple[Link, ...] = field(default=(), metadata={"core": False})
     """parts of bodies that have names of their own, as fixed joints of a file hold them"""
+    trees: str = "none"
+    """bodies in coordinates of their joints, which then hold exactly: none | auto. With auto these are bodies
+    whose rigid joints form a tree. Joints that close its loops, and compliant ones, are rows."""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", vector3("gravity", self.gravity))
         chosen("friction rule", self.friction_rule, FRICTION_RULES)
+        chosen("trees", self.trees, TREES)
         for f in fields(self):
             if isinstance(getattr(self, f.name, None), list):
                 object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
@@ -373,6 +379,7 @@ _NAMES: dict[tuple[type, str], dict[str, Any]] = {
     (Transmission, "kind"): TRANSMISSIONS,
     (Actuator, "dynamics"): ACTIVATIONS,
     (Model, "friction_rule"): FRICTION_RULES,
+    (Model, "trees"): TREES,
 }
 
 

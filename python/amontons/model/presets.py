@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..checks import Quaternion, Vector3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Keyframe:
     """A state of a model to start from, see `Simulation.apply_keyframe`."""
 
@@ -28,9 +28,9 @@ class Keyframe:
     activations: tuple[float, ...] = ()
     """of all actuators; none: as they are"""
 
-    def control(self, target: float) -> float:
-        """The control that gives a target of the motor; 0 where none has an effect."""
-        return (target - self.offset) / self.scale if self.scale else 0.0
+    def __repr__(self) -> str:
+        counts = f"{len(self.positions)} bodies, {len(self.joint_coordinates)} coordinates"
+        return f"Keyframe({self.name!r}, time={self.time:g}, {counts})"
 
 
 EFFECTS = ("large", "small", "none")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from ..errors import InputError
 from ..guidance import guided
 from .hulls import Triangles, convex_triangles
 from .mass import MassProperties
+from .mesh_files import read_triangles
 
 __all__ = [
     "Box",
@@ -27,6 +30,7 @@ __all__ = [
     "Plane",
     "Shape",
     "Sphere",
+    "read_mesh",
 ]
 
 
@@ -182,6 +186,11 @@ class Hull(Shape):
         self._set(vertices=frozen(vertices), triangles=frozen(triangles))
         self._set(core=_core.Shape.hull(self.vertices, triangles))
 
+    @classmethod
+    def read(cls, path: str | PathLike[str], *, scale: float = 1.0) -> Hull:
+        """The convex hull of a mesh file, see `read_mesh`; `volume()` of both tells what it adds."""
+        return cls(read_mesh(path, scale=scale).vertices)
+
     def __repr__(self) -> str:
         return f"Hull({len(self.vertices)} vertices)"
 
@@ -240,6 +249,19 @@ class HeightField(Shape):
     def __repr__(self) -> str:
         rows, columns = self.heights.shape
         return f"HeightField({rows} x {columns}, size {self.size_x:g} x {self.size_y:g})"
+
+
+def read_mesh(path: str | PathLike[str], *, scale: float = 1.0) -> Mesh:
+    """The triangles of a file: .stl, .obj, .ply (by trimesh, which the viewer brings) or .dae.
+
+    scale: m per unit of the file, 0.001 for millimetres; a .dae says its unit itself.
+    Raises FileNotFoundError, FileError for a file that holds no triangles, InputError.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    points, triangles = read_triangles(path)
+    return Mesh(positive("read_mesh: scale", scale) * points, triangles)
 
 
 KINDS: dict[str, type[Shape]] = {

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from ..checks import Array, number
 from ..errors import InputError
 from ..model.model import Model
+from ..model.presets import Keyframe
 from .coordinates import Values
 from .outcome import Table
 from .queries import Queries
@@ -51,9 +52,16 @@ class Driving(Queries):
         lower, upper = self._model.control_limits[index]
         self._state.controls[index] = min(max(number("control", value), lower), upper)
 
-    def apply_keyframe(self, keyframe: int | str) -> None:
-        """Put bodies, coordinates and controls as a keyframe says, loads to zero; time goes on."""
-        frame = self._model.keyframes[self._model.keyframe_index(keyframe)]
+    def apply_keyframe(self, keyframe: int | str | Keyframe) -> None:
+        """Put bodies, coordinates and controls as a keyframe says, loads to zero; time goes on.
+
+        keyframe: a name or number of `Model.keyframes`, or a Keyframe of as many bodies and coordinates.
+        """
+        frame = (
+            self._fitting(keyframe)
+            if isinstance(keyframe, Keyframe)
+            else self._model.keyframes[self._model.keyframe_index(keyframe)]
+        )
         state = self._state
         for name in ("positions", "orientations", "linear_velocities", "angular_velocities"):
             view = getattr(state, name)
@@ -65,6 +73,17 @@ class Driving(Queries):
             state.activations = frame.activations
         state.forces = state.torques = 0.0
         state.joint_forces = 0.0
+
+    def _fitting(self, frame: Keyframe) -> Keyframe:
+        """The keyframe; InputError if it is of another model."""
+        own = (len(self._model.bodies), sum(len(joint.dofs) for joint in self._model.joints))
+        given = (len(frame.positions), len(frame.joint_coordinates))
+        if own != given:
+            raise InputError(
+                f'keyframe "{frame.name}" has {given[0]} bodies and {given[1]} coordinates; the model has '
+                f"{own[0]} and {own[1]}: give one of Model.keyframes"
+            )
+        return frame
 
     def reset(
         self, keyframe: int | str | None = None, *, q: Values | None = None, qd: Values | None = None

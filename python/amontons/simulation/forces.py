@@ -83,6 +83,10 @@ ACTUATORS = np.dtype(
 )
 """The fields of Simulation.actuator_efforts."""
 
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
+"""Names and units of the components of a force and a torque."""
+
 
 def contact_table(core: _core.Simulation, model: Model) -> Table:
     return _core.contact_rows(core, model._geom_link_array).view(CONTACTS)

@@ -10,11 +10,9 @@ import numpy as np
 from ..checks import Array
 from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model
-from .forces import effort_table, reaction_table
+from .forces import WRENCH, WRENCH_UNITS, effort_table, reaction_table
 from .simulation import Simulation
 
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
 AXES = {3: ("x", "y", "z"), 4: ("qw", "qx", "qy", "qz")}
 """Names of the values of a sensor that has several."""
 SENSOR_UNITS = {
@@ -88,14 +86,18 @@ class Signals:
 
     units: dict[str, str]
     """by name, in the order of the values"""
+    reactions: slice
+    """of the values: those of joints"""
 
     def __init__(self, model: Model) -> None:
         self._driven = _driven(model)
         names = _state_names(model)
         known = len(names.units)
         _name_drives(names, model, self._driven)
+        first = len(names.units)
         for owner in (*joint_labels(model.joints), *(link.name for link in model.links)):
             names.add(owner, WRENCH, WRENCH_UNITS, "reaction")
+        self.reactions = slice(first - known, first - known + len(WRENCH) * len(model.joints))
         for sensor in model.sensors:
             parts = AXES.get(sensor.size, ("",))
             names.add(sensor.name, parts, [SENSOR_UNITS.get(sensor.kind, "")] * len(parts), "sensor")

@@ -34,6 +34,7 @@ from .forces import (
     reaction_table,
     tendon_table,
 )
+from .loads import Loads
 from .outcome import Report, Table
 from .own_method import OwnMethod, name_of, wrapped
 from .state import State
@@ -388,6 +389,16 @@ class Simulation(Acting, Analysis):
         N m).
         """
         return actuator_table(self._core)
+
+    def loads(self) -> Loads:
+        """Collect the loads of joints and contacts from the next step on: `Loads`, until its stop().
+
+        Usable as `with simulation.loads() as loads: simulation.run(2.0)`; then `loads.joints` and
+        `loads.contacts` have peak, time of the peak, mean, rms and impulse of each component.
+        """
+        loads = Loads(self._model)
+        loads.watch(self)
+        return loads
 
     def contact_forces(self) -> tuple[Array, Array]:
         """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).

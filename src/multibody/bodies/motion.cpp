@@ -124,13 +124,13 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
-                          std::vector<GyroscopicSpin>& spins) {
+                          std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree) {
   free = start;
   spins.resize(frames.size());
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     spins[i] = {start[i].angular, {}};
-    if (!model.is_dynamic(static_cast<Index>(i))) continue;
+    if (!model.is_dynamic(static_cast<Index>(i)) || (!in_tree.empty() && in_tree[i] >= 0)) continue;
     const auto& [inverse_mass, inverse_inertia, stiffened] = mobility[i];
     spins[i] = gyroscopic_spin(model.description().bodies[i], frames[i].pose.rotation, start[i].angular, h);
     const Vec3& mean = spins[i].mean;
@@ -147,10 +147,10 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
 // rotations by the exponential of theirs. The exponential keeps quaternions of unit length and is exact for
 // constant spin. normalised() only removes the rounding.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
-               const BodyVelocities& v, double h, State& state) {
+               const BodyVelocities& v, double h, State& state, std::span<const Index> in_tree) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
-    if (body.motion == Motion::fixed) continue;
+    if (body.motion == Motion::fixed || (!in_tree.empty() && in_tree[i] >= 0)) continue;
     const Quat before = state.orientations[i];
     Vec3 omega = v[i].angular;
     // A body without spin keeps the bits of its orientation.

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
@@ -21,13 +22,14 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
 
 // v_free = v + h M^-1 f with f from gravity, constant loads and `loads` (effort motors), and the mean of the
 // torque-free rotation in place of omega. `damped`: the inertia that stiffening adds also acts as a damper.
+// Bodies of trees (`in_tree`, per body; -1: none, or empty) have no gyroscopic part here.
 void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
-                          std::vector<GyroscopicSpin>& spins);
+                          std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree = {});
 
-// Moves the bodies of the state by the velocities v over h.
+// Moves the bodies of the state by the velocities v over h, except those of trees.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
-               const BodyVelocities& v, double h, State& state);
+               const BodyVelocities& v, double h, State& state, std::span<const Index> in_tree = {});
 
 }  // namespace amontons

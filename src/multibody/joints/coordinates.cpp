@@ -157,18 +157,20 @@ double locked_springs(const Model& model, std::size_t j, const BodyFrames& bodie
 
 // Joint by joint: coordinates relate the two bodies of a joint, so loops do not matter. The locked rows
 // remove the misfit.
-void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates) {
+void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates,
+                        std::span<const unsigned char> known) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
-    if (joint.dofs.empty()) continue;
+    if (joint.dofs.empty() || (!known.empty() && known[j])) continue;
     update_joint(joint, joint_pose(joint, bodies).relative, model.length(),
                  coordinates.subspan(model.first_dof(j), joint.dofs.size()));
   }
 }
 
-void update_coordinates(const Model& model, const BodyFrames& bodies, State& state) {
+void update_coordinates(const Model& model, const BodyFrames& bodies, State& state,
+                        std::span<const unsigned char> known) {
   state.coordinates.resize(model.dofs());
-  update_coordinates(model, bodies, std::span(state.coordinates));
+  update_coordinates(model, bodies, std::span(state.coordinates), known);
 }
 
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros. Motors get
@@ -213,7 +215,7 @@ JointError joint_error(const Model& model, std::span<const JointContext> joints)
   double largest = 0;
   for (const JointContext& context : joints) {
     const Joint& joint = *context.joint;
-    if (!is_active(model, joint) || joint.compliance > 0) continue;
+    if (context.in_tree || !is_active(model, joint) || joint.compliance > 0) continue;
     const bool chain = is_chain(joint);
     const double distance = chain ? norm(context.chain.error.linear) : excess(joint, context.pose.relative);
     const double angle = chain && !context.chain.spherical ? norm(context.chain.error.angular) : 0;

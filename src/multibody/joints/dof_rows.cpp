@@ -110,7 +110,7 @@ RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   // but a jump of the target by metres must not fling the bodies: at most a length.
   const double quarter_turn = 0.5 * std::numbers::pi;
   const double largest = (d.dof.kind == Dof::Kind::hinge ? quarter_turn : 1) * in.options.length;
-  const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, in.bodies.mobility);
+  const double strongest = motor.max_effort / s * inverse_effective_mass(d.row, in.bodies);
   return {0, std::clamp(approach_speed(s * (d.q - d.control), strongest, h), -largest / h, largest / h)};
 }
 
@@ -156,7 +156,7 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
   const std::span<const double> q = std::span(in.state.coordinates).subspan(first);
   std::array<double, 6> rates{};
   // The correction of positions, without dampers, does not read c of drives.
-  if (in.options.dampers &&
+  if (in.options.dampers && !joint.in_tree &&
       std::any_of(dofs.begin(), dofs.end(), [](const Dof& dof) { return dof.armature > 0; }))
     rates = rates_before(in, joint, q, rows);
   for (std::size_t i = 0; i < dofs.size(); ++i) {
@@ -172,7 +172,7 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
                    in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
                    dof.armature > 0 ? rates[i] : 0};
-    append_passive(in, d, rows);
+    if (!joint.in_tree) append_passive(in, d, rows);  // M of trees has them
     const double motor_speed = append_motor(in, d, rows);
     for (const Index k : in.model.actuators_of_dof(first + i))
       append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);

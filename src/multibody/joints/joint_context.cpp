@@ -61,6 +61,7 @@ void fill(JointContext& context, const Model& model, const BodyFrames& bodies, c
   context.body_a = unless_fixed(context.joint->body_a);
   context.body_b = unless_fixed(context.joint->body_b);
   context.length = model.length();
+  if (context.in_tree) return;  // place_tree_joints()
   const auto centre = [&](Index body) { return body >= 0 ? bodies[body].centre : Vec3{}; };
   place(context, joint_pose(*context.joint, bodies), centre(context.body_a), centre(context.body_b),
         coordinates_of(model, state, j));
@@ -70,9 +71,13 @@ void fill(JointContext& context, const Model& model, const BodyFrames& bodies, c
 
 }  // namespace
 
-void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints) {
+void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints,
+                  std::span<const unsigned char> in_tree) {
   joints.resize(model.joints());
-  for (std::size_t j = 0; j < joints.size(); ++j) fill(joints[j], model, bodies, state, j);
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    joints[j].in_tree = !in_tree.empty() && in_tree[j];
+    fill(joints[j], model, bodies, state, j);
+  }
 }
 
 Screw joint_twist(const JointContext& joint, const BodyVelocity& a, const BodyVelocity& b) {

@@ -29,15 +29,18 @@ struct JointContext {
   std::array<Screw, 6> duals;   // dual_wrenches() of the chain
   std::array<Screw, 6> locked;  // locked_wrenches() of the chain, made only by place_joints()
   std::size_t locked_count = 0;
-  Vec3 arm;       // from the origin of frame_a to the reference point on A, axes of frame_b
-  Vec3 r_a, r_b;  // from the centres of mass to the reference point on A, world
+  bool in_tree = false;  // the bodies move in its coordinates: it locks nothing by rows
+  Vec3 arm;              // from the origin of frame_a to the reference point on A, axes of frame_b
+  Vec3 r_a, r_b;         // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
   // Rows of angles are multiplied by the length. All rows of a problem then have the same unit, and neither
   // the residual nor the iterates of a solver depend on the units of the model.
   double scale(std::size_t dof) const { return rotates(dof) ? length : 1; }
 };
 using JointContexts = std::vector<JointContext>;
-void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints);
+// `in_tree`, per joint: those of trees; empty if there are none.
+void place_joints(const Model& model, const BodyFrames& bodies, const State& state, JointContexts& joints,
+                  std::span<const unsigned char> in_tree = {});
 // Fills the data that follow from the pose of the joint, the centres of mass and the coordinates.
 void place(JointContext& joint, const JointPose& pose, const Vec3& centre_a, const Vec3& centre_b,
            std::span<const double> q);

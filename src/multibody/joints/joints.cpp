@@ -104,7 +104,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   // omega
   //   omega + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k r - a omega-),
   // where omega - omega- is the change of the spin over the step (spin_before).
-  const double a = ball.ball_armature / (s * s);
+  const double a = joint.in_tree ? 0 : ball.ball_armature / (s * s);  // M of trees has it
   const double stiff = (h * h * ball.ball_stiffness + h * ball.ball_damping) / (s * s) + a;
   const Vec3 before = a > 0 ? s * drive_spin_before(in, joint) : Vec3{};
   for (int k = 0; stiff > 0 && k < 3; ++k) {
@@ -147,7 +147,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
       append_distance_rows(in, context, rows);
       continue;
     }
-    append_locked_rows(in, context, rows);
+    if (!context.in_tree) append_locked_rows(in, context, rows);
     append_dof_rows(in, context, rows);
     if (joint.spherical) append_ball_rows(in, context, rows);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/problem/linkage.hpp"
+
 namespace amontons {
 namespace {
 
@@ -47,10 +49,16 @@ double closing(double gap, const JointOptions& options) {
   return std::max(gap / options.h, -options.recovery_speed);
 }
 
+double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) {
+  if (!bodies.trees) return inverse_effective_mass(row, bodies.mobility);
+  const Linkage& trees = *bodies.trees->linkage;
+  return trees.inverse_mass(row) + inverse_effective_mass(trees.without_trees(row), bodies.mobility);
+}
+
 void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
-      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
+      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies);
   rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 

@@ -96,4 +96,7 @@ inline double inverse_effective_mass(const JacobianRow& row, const BodyMobilitie
   return w;
 }
 
+// The same with the mobility that bodies of trees have.
+double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies);
+
 }  // namespace amontons

@@ -65,6 +65,7 @@ bool stiffen_rotations(const Model& model, const State& state, double h, const B
     if (model.is_dynamic(body)) sums[body] = sums[body] + stiffness(point - frames[body].centre, F);
   };
   for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (joints[j].in_tree) continue;
     const Joint& joint = *joints[j].joint;
     const JointPose& pose = joints[j].pose;
     const Vec3 F = rotate(pose.b.rotation, state.joint_wrenches[j].force) / state.impulse_step;

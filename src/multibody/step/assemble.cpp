@@ -114,6 +114,7 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
   fill(bodies, rows.auxiliary_inverse_mass, A.bodies);
   A.jacobian = rows.jacobian;
   A.compliance = rows.compliance;
+  A.constrained = bodies.trees;
   renew(problem);
 }
 
@@ -124,16 +125,41 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
   return problem;
 }
 
-// D'x is summed per body first, six numbers about its centre of mass, then multiplied by its block of M^-1.
+// b = D v_free + c is linear in v_free. The velocity of a moving surface is in b already.
+void change_free(const BodyVelocities& change, Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  std::size_t row = 0;
+  double u[6];
+  for (const Contact& c : A.contacts) {
+    ContactImpulse motion = relative_motion(c, change);
+    motion.linear -= c.surface_velocity;
+    to_rows(c, motion.linear, motion.angular, c.moment_length, u);
+    for (int k = 0; k < c.rows; ++k) problem.b[row++] += u[k];
+  }
+  for (const JacobianRow& j : A.jacobian) {
+    problem.b[row] = row_velocity(j, change, problem.b[row]);
+    ++row;
+  }
+}
+
+std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  static thread_local std::vector<double> w;
+  w.assign(6 * A.bodies.size(), 0.0);
+  add_impulses(A, x, w);
+  return w;
+}
+
+// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
   const auto& A = std::get<ContactSystem>(problem.A);
   static thread_local std::vector<double> w;
   w.assign(6 * A.bodies.size(), 0.0);
   add_impulses(A, x, w);
+  apply_masses(A, w);
   for (std::size_t i = 0; i < v.size(); ++i) {
-    double change[6];
-    A.bodies.apply(i, &w[6 * i], change);
+    const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
   }

@@ -21,6 +21,12 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options);
 
+// b for other free velocities: `change` is the change of them.
+void change_free(const BodyVelocities& change, Problem& problem);
+
+// D'x, six numbers per body: impulses at the centres of mass. Valid until the next call on this thread.
+std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x);
+
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v);
 

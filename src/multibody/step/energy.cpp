@@ -8,8 +8,10 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
+#include "amontons/problem/linkage.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -86,9 +88,29 @@ double inner_product(const EnergyInput& in, std::size_t body, const BodyVelocity
          dot(v.angular, in.frames[body].inertia * w.angular);
 }
 
+bool in_tree(const EnergyInput& in, std::size_t body) {
+  const auto& trees = std::get<ContactSystem>(in.problem.A).constrained;
+  return trees && trees->linkage->place_of(static_cast<Index>(body)) >= 0;
+}
+
 // Impulses act on the spin at the start; the mean spin of the step differs from it by the lag.
 BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocity& v) {
   return {v.linear, v.angular + in.spins[body].lag};
+}
+
+// Work of all impulses on bodies of trees along the mean velocities: of joints it is zero. The change of
+// their velocities in the metric of the masses of bodies is not the impulse: M of trees has inertias of
+// drives too.
+double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
+  const auto& A = std::get<ContactSystem>(in.problem.A);
+  if (!A.constrained) return 0;
+  const std::span<const double> w = impulses_on_bodies(in.problem, in.solution.x);
+  double work = 0;
+  for (const Index i : A.constrained->body) {
+    const double* at = &w[6 * static_cast<std::size_t>(i)];
+    work += dot(Vec3{at[0], at[1], at[2]}, mean[i].linear) + dot(Vec3{at[3], at[4], at[5]}, mean[i].angular);
+  }
+  return work;
 }
 
 // Work J. The work of all impulses on a body is the change of its velocity that they cause, in the metric of
@@ -109,11 +131,12 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
     const BodyVelocity after = with_lag(in, i, in.after[i]);
     mean.all[i] =
         mean.moved[i] = {0.5 * (start.linear + after.linear), 0.5 * (start.angular + after.angular)};
-    work += inner_product(in, i, mean.all[i], in.after[i] - in.free[i]);
+    if (!in_tree(in, i)) work += inner_product(in, i, mean.all[i], in.after[i] - in.free[i]);
     kinetic += 0.5 * (inner_product(in, i, start, start) + inner_product(in, i, after, after));
     gravity += 0.5 * mass * norm_squared(in.dt * in.model.description().gravity);
     recovered += 0.5 * mass * in.recovery * in.recovery;
   }
+  work += work_on_trees(in, mean.moved);
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
           step::energy_of_motion * kinetic + step::energy_of_gravity * gravity + recovered +
               std::min(closing_work(in), step::energy_of_gravity * gravity)};

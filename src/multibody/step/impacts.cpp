@@ -12,6 +12,7 @@
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/trees/reactions.hpp"
 
 namespace amontons {
 
@@ -19,10 +20,10 @@ namespace {
 
 // Impacts are over before springs, motors, dry friction or stabilisation act. So only locked directions get
 // rows, which keep their velocities (c = 0). Limits are left to the step that follows.
-JointRows locked_rows(const StepSetting& step, const State& state, const Observed& o) {
+JointRows locked_rows(const StepSetting& step, const State& state, const Observed& o,
+                      const StepBodies& bodies) {
   JointRows all, locked;
-  append_joint_rows(step.model, {o.frames, o.mobility, o.start, o.start}, o.joints, state,
-                    step.joint_options(), all);
+  append_joint_rows(step.model, bodies, o.joints, state, step.joint_options(), all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
     if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
@@ -117,6 +118,7 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
   JointRows locked;
   std::vector<Contact> active;
   std::vector<std::size_t> index;
+  StepBodies bodies{o.frames, o.mobility, v, v};
   for (int reflection = 0; reflection < (off("reflections") ? 1 : step::most_reflections); ++reflection) {
     const bool elastic = approaching(o.contacts, v, step.restitution, h, index);
     // Without restitution there is nothing to reflect: the step stops approaching bodies.
@@ -125,14 +127,19 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     const bool missed = solver.sums.status != Status::converged;
     if (solver.clock.over(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
     if (reflection > 0 && (Budget::exhausted() || missed)) break;
-    if (reflection == 0) locked = locked_rows(step, state, o);
+    // Springs and dampers do not act within an impact: M of trees without them.
+    if (reflection == 0 && !step.forest.empty())
+      bodies.trees = tree_masses(step.model, step.forest, 0, o.trees);
+    if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
-    const Problem problem =
-        assemble({o.frames, o.mobility, v, v}, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
+    const Problem problem = assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);
+    if (!step.forest.empty())
+      add_tree_impacts(step.model, step.forest, o.joints, o.frames, impulses_on_bodies(problem, s.x),
+                       *bodies.trees, o.trees, o.impacts);
     apply_impulses(problem, s.x, v);
     store(problem, s.x, index, locked, o.contacts, o.impacts);
   }

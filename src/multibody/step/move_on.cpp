@@ -5,6 +5,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/trees/reactions.hpp"
 
 namespace amontons {
 
@@ -14,8 +15,18 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
   keep_for_warm_start(*posed.problem, x, o.frames, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
+  TreeStep& trees = o.trees;
+  if (!step.forest.empty()) {
+    read_rates(step.forest, trees, o.frames, solved.after, trees.after);
+    store_drive_impulses(step.forest, step.h, trees, state);
+    store_tree_reactions(step.model, step.forest, o.joints, o.frames, o.start,
+                         impulses_on_bodies(*posed.problem, x), step.h, trees, state);
+  }
   state.impulse_step = step.h;
-  integrate(step.model, o.frames, o.spins, solved.after, step.h, state);
+  integrate(step.model, o.frames, o.spins, solved.after, step.h, state, step.forest.number);
+  if (!step.forest.empty())
+    move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees,
+               state);
   advance_activations(step.model, step.h, state);
 }
 

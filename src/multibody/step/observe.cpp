@@ -12,7 +12,10 @@ namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, const State& state, Observed& o) {
   make_free_velocities(step.model, state, step.h, o.frames, o.mobility, o.start, o.loads, step.damped, o.free,
-                       o.spins);
+                       o.spins, step.forest.number);
+  if (!step.forest.empty())
+    make_free_tree_velocities(step.model, step.forest, state, step.h, o.frames, o.start, o.loads, o.trees,
+                              o.free);
 }
 
 // The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
@@ -29,9 +32,15 @@ static void foresee(Observed& o) {
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
   const Model& model = step.model;
   const double h = step.h;
+  const Forest& forest = step.forest;
+  if (!forest.empty()) place_trees(model, forest, state, o.trees);
   place_bodies(model, state, o.frames, o.mobility, o.start);
-  update_coordinates(model, o.frames, state);
-  place_joints(model, o.frames, state, o.joints);
+  update_coordinates(model, o.frames, state, forest.has_joint);
+  place_joints(model, o.frames, state, o.joints, forest.has_joint);
+  if (!forest.empty()) {
+    place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
+    make_tree_masses(model, forest, state, o.frames, h, o.trees);
+  }
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
   // added here.

@@ -8,6 +8,7 @@
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/setting.hpp"
+#include "multibody/trees/tree_motion.hpp"
 
 namespace amontons {
 
@@ -34,7 +35,8 @@ struct Observed {
   bool is_stiffened = false;
   std::vector<Mat3> stiffness;
   std::vector<JointWrench> impacts;  // of the locked directions of each joint, at the start of the step
-  StepBodies bodies() const { return {frames, mobility, start, free}; }
+  TreeStep trees;                    // bodies that move in coordinates of their joints
+  StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
 
 // Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of

@@ -50,6 +50,20 @@ static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed)
                 posed.turns, *posed.problem);
 }
 
+// The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
+// the motion of second order with contacts, too. b follows.
+static void foresee_impulses(const StepSetting& step, const State& state, Observed& o, StepProblem& posed) {
+  // The change of the free velocities is known only afterwards; b needs no other.
+  BodyVelocities& change = posed.predicted;
+  change = o.free;
+  std::span<const double> w;
+  if (!posed.x0.empty()) w = impulses_on_bodies(*posed.problem, posed.x0);
+  foresee_tree_velocities(step.model, step.forest, state, step.h, o.frames, o.start, w, o.trees, o.free);
+  for (std::size_t i = 0; i < change.size(); ++i)
+    change[i] = {o.free[i].linear - change[i].linear, o.free[i].angular - change[i].angular};
+  change_free(change, *posed.problem);
+}
+
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
   const Model& model = step.model;
   posed.rows.clear();
@@ -64,6 +78,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   posed.problem->law = step.options.law;
   assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
+  if (!step.forest.empty()) foresee_impulses(step, state, o, posed);
   posed.turns.added.clear();
   if (!step.damped && !o.contacts.empty() && !clock.over(2 * clock.search) && !off("turn contacts"))
     turn_ahead(step, o, posed);

@@ -34,6 +34,9 @@ struct PositionInput {
   const BodyMobilities& mobility = observed.stiffened;
   const std::vector<Contact>& contacts = observed.contacts;
   const double h = step.h, length = model.length();
+  StepBodies at_rest(const BodyVelocities& rest) const {
+    return {frames, mobility, rest, rest, observed.trees.constrained};
+  }
 };
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
@@ -115,7 +118,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   JointRows all, rows;
   JointOptions options = in.step.joint_options();
   options.dampers = false;
-  append_joint_rows(in.model, {in.frames, in.mobility, rest, rest}, in.observed.joints, state, options, all);
+  append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.h;
   const bool few = all.tags.size() <= step::few_position_rows;
@@ -148,8 +151,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              const StepClock& clock, double end, Elimination& elimination, StepSums& sums) {
   std::vector<Contact> none;
-  const Problem problem =
-      assemble({in.frames, in.mobility, rest, rest}, none, rows, {.h = in.h, .recovery_speed = 0});
+  const Problem problem = assemble(in.at_rest(rest), none, rows, {.h = in.h, .recovery_speed = 0});
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
@@ -187,7 +189,7 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 // Smaller errors stay, so that resting bodies do not move.
 double allowed_error(double length) { return step::allowed_error * length; }
 
-static bool correct_positions(const StepSetting& step, const Observed& observed, StepClock& clock,
+static bool correct_positions(const StepSetting& step, Observed& observed, StepClock& clock,
                               Elimination& elimination, State& state, StepSums& sums) {
   const PositionInput in{step, observed};
   const double error = largest_error(in, state), h = in.h;
@@ -207,7 +209,8 @@ static bool correct_positions(const StepSetting& step, const Observed& observed,
   }
   if (!off("positions stop at fixed")) stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i)) || !is_finite(p[i].linear) || !is_finite(p[i].angular))
+    if (!in.model.is_dynamic(static_cast<Index>(i)) || step.forest.contains(i) || !is_finite(p[i].linear) ||
+        !is_finite(p[i].angular))
       continue;
     const Quat turn = exponential(h * p[i].angular);
     const Vec3 arm = in.frames[i].centre - state.positions[i];
@@ -223,6 +226,12 @@ static bool correct_positions(const StepSetting& step, const Observed& observed,
     state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
     state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
   }
+  // Trees follow the displacements as far as their joints let them, and keep the rates of their joints.
+  if (step.forest.empty()) return true;
+  TreeStep& trees = observed.trees;
+  read_rates(step.forest, trees, in.frames, p, trees.after);
+  read_rates(step.forest, trees, in.frames, observed.start, trees.before);
+  move_trees(in.model, step.forest, in.frames, p, h, trees.after, trees.before, trees, state);
   return true;
 }
 

@@ -47,16 +47,25 @@ void place(const ContactGraph& graph, std::size_t bodies, double fall, Rest& res
   const std::size_t count = find_islands(graph, rest.island);
   rest.home.assign(bodies, -1);
   rest.speed.assign(count, 0);
-  for (std::size_t k = 0; k < graph.links.size(); ++k)
-    for (const Index body : {graph.links[k].a, graph.links[k].b}) {
-      if (body < 0 || body >= static_cast<Index>(bodies) || rest.home[body] >= 0) continue;
-      rest.home[body] = rest.island[k];
-      rest.speed[rest.island[k]] += 1;
-    }
+  const auto add = [&](Index body, Index island) {
+    if (body < 0 || body >= static_cast<Index>(bodies) || island < 0 || rest.home[body] >= 0) return;
+    rest.home[body] = island;
+    rest.speed[island] += 1;
+  };
+  for (std::size_t k = 0; k < graph.links.size(); ++k) {
+    add(graph.links[k].a, rest.island[k]);
+    add(graph.links[k].b, rest.island[k]);
+  }
+  // Bodies of a tree that no row touches: its first one leads, in whatever body its rows act.
+  for (const ContactGraph::Link& tie : graph.ties) add(tie.a, rest.home[tie.b]);
+  for (const ContactGraph::Link& tie : graph.ties) add(tie.b, rest.home[tie.a]);
   for (double& s : rest.speed) s = fall * std::sqrt(s);
 }
 
-// Islands with a body that moves by more than this error do not rest.
+// Islands with a body that moves by more than this error do not rest. Bodies that impulses do not move have
+// no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor slides on
+// it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual of the
+// start, which is what counts.
 void keep_slow(double length, const BodyVelocities& v, double error, Rest& rest) {
   for (std::size_t i = 0; i < v.size(); ++i)
     if (const Index home = rest.home[i]; home >= 0 && !is_slow(v[i], length, error * rest.speed[home]))

@@ -6,11 +6,14 @@
 
 namespace amontons {
 
+struct Forest;  // bodies that move in coordinates of their joints, trees/forest.hpp
+
 // Constant during a step of length h. The speeds and the margin are those of the options, with
 // automatic values replaced.
 struct StepSetting {
   const Model& model;
   const Tree& tree;
+  const Forest& forest;
   const SimulationOptions& options;
   double h;             // s, of this part of the step; options.dt is the whole step
   bool damped = false;  // of first order: the step may lose but never gain energy

@@ -45,11 +45,13 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   AMONTONS_REQUIRE(model_ != nullptr, "a simulation needs a model");
   check(options_);
   tree_ = std::make_shared<const Tree>(model_);
+  forest_ = std::make_shared<const Forest>(make_forest(*tree_));
   state_ = first_state();
 }
 Simulation::Simulation(const Simulation& other)
     : model_(other.model_),
       tree_(other.tree_),
+      forest_(other.forest_),
       options_(other.options_),
       scratch_(std::make_unique<StepScratch>()) {
   *this = other;

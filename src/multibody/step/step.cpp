@@ -44,6 +44,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
+                         .forest = *forest_,
                          .options = options_,
                          .h = h,
                          .damped = attempt.damped && !off("damped"),

@@ -85,6 +85,7 @@ Costs costs_of(const Problem& problem) {
 bool can_factor(const Problem& problem) {
   if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
   const auto* system = std::get_if<ContactSystem>(&problem.A);
+  if (has_trees(problem)) return false;
   return system ? system->bodies.size() <= choice::most_bodies : problem.rows() <= choice::most_rows;
 }
 
@@ -179,6 +180,8 @@ const char* remark(const Problem& problem) {
 }
 
 Solution race_for(const Problem& problem, const Options& options, double work) {
+  if (has_trees(problem) && problem.rows() <= choice::most_rows)
+    return race_for(as_matrix(problem), options, work);
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;

@@ -64,22 +64,47 @@ class Extraction {
     sub_->bodies.inverse_mass.clear();
     sub_->bodies.inverse_inertia.clear();
     sub_->bodies.centre.clear();
+    sub_->constrained = A_.constrained;
   }
 
   void take(std::span<const std::size_t> members) {
     for (const SetRun& run : whole_.K.runs())
       visit_kind(run.kind, [&]<class S>() { take_run<S>(run, members); });
+    if (A_.constrained) return keep_bodies();
     for (Index body : part_.bodies) {
       sub_->bodies.inverse_mass.push_back(A_.bodies.inverse_mass[body]);
       sub_->bodies.inverse_inertia.push_back(A_.bodies.inverse_inertia[body]);
       if (!A_.bodies.centre.empty()) sub_->bodies.centre.push_back(A_.bodies.centre[body]);
       number_[body] = -1;
     }
+    finish();
+  }
+
+ private:
+  void finish() {
     part_.problem.law = whole_.law;
     make_contact_graph(*sub_, part_.problem.K, part_.problem.graph);
   }
 
- private:
+  // The linkage of trees names bodies by their numbers, and the problem shares it. So bodies keep their
+  // numbers, and those without a row in the part get no impulse. Rows of D M^-1/2 depend on nothing but the
+  // row and its tree: they are copied and not made again.
+  void keep_bodies() {
+    sub_->bodies = A_.bodies;
+    HalfRows& half = sub_->half;
+    half.first.assign(1, 0);
+    half.coordinate.clear();
+    half.value.clear();
+    for (const std::size_t row : part_.rows) {
+      for (std::size_t i = A_.half.first[row]; i < A_.half.first[row + 1]; ++i) {
+        half.coordinate.push_back(A_.half.coordinate[i]);
+        half.value.push_back(A_.half.value[i]);
+      }
+      half.first.push_back(half.value.size());
+    }
+    finish();
+  }
+
   // The members, ascending, that lie in one run of sets of one kind.
   template <class S>
   void take_run(const SetRun& run, std::span<const std::size_t> members) {
@@ -120,7 +145,7 @@ class Extraction {
 
   // The number of a body within the part; the index of the world stays.
   Index local(Index body) {
-    if (body < 0) return body;
+    if (body < 0 || A_.constrained) return body;
     if (number_[body] < 0) {
       number_[body] = static_cast<Index>(part_.bodies.size());
       part_.bodies.push_back(body);
@@ -169,7 +194,7 @@ void extract(const Problem& whole, std::span<const std::size_t> members, std::ve
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || options.history || options.callback) return method(problem, options);
+  if (!A || A->constrained || options.history || options.callback) return method(problem, options);
   std::vector<Index> island;
   // A warm start, options and law go to every part. The parts are solved in turn, so that results do not
   // depend on threads, and only the memory of one part is in use at a time.

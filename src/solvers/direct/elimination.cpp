@@ -13,6 +13,7 @@
 #include "solvers/direct/island_solver.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/direct/reduction.hpp"
+#include "solvers/direct/tree_reduction.hpp"
 
 namespace amontons {
 
@@ -24,6 +25,8 @@ struct Elimination::Memory {
   std::vector<double> target;
   std::vector<std::size_t> order;
   Reduction reduction;
+  TreeReduction trees;  // in its place for problems with trees
+  bool in_trees = false;
   IslandSolver small;
   std::vector<double> part;
   // Used by complete(), for problems with islands of many rows.
@@ -32,6 +35,9 @@ struct Elimination::Memory {
   std::vector<char> short_of;  // per island: whether it missed its target
   bool solved() const { return std::find(short_of.begin(), short_of.end(), 1) == short_of.end(); }
 
+  std::size_t islands() const { return in_trees ? trees.islands() : reduction.islands(); }
+  Reduction::Island& island(std::size_t i) { return in_trees ? trees.island(i) : reduction.island(i); }
+  bool reduce(const Problem& problem);
   void solve_islands(std::span<const double> start, Solution& s);
   double complete(Solution& s);
   double form_u(Solution& s) const;
@@ -46,19 +52,19 @@ Elimination::~Elimination() = default;
 // whole. An island may leave an even share of the part that earlier islands did not use. Small islands are
 // solved to rounding, so the largest, which comes last, has nearly the whole target.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
-  const std::size_t count = reduction.islands();
+  const std::size_t count = islands();
   short_of.assign(count, 0);
   target.assign(count, 0);
   order.resize(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(reduction.island(a).rows(), a) < std::pair(reduction.island(b).rows(), b);
+    return std::pair(island(a).rows(), a) < std::pair(island(b).rows(), b);
   });
   const double even = whole / std::sqrt(static_cast<double>(count));
   double left = whole * whole;
   for (std::size_t solved = 0; solved < count; ++solved) {
     const std::size_t i = order[solved];
-    const Reduction::Island& island = reduction.island(i);
+    const Reduction::Island& island = this->island(i);
     target[i] = std::sqrt(left / static_cast<double>(count - solved));
     part.clear();
     if (!start.empty())
@@ -91,16 +97,34 @@ double Elimination::Memory::form_u(Solution& s) const {
 
 // Completes x by the bilateral rows, forms u and the residual of the problem; returns the map of those rows.
 double Elimination::Memory::complete(Solution& s) {
-  reduction.recover(s.x);
+  in_trees ? trees.recover(s.x) : reduction.recover(s.x);
   double bilateral = form_u(s);
   for (int k = 0; k < direct::refinements &&
                   bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
        ++k) {
-    reduction.correct(s.u, s.x);
+    in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
   s.residual = natural_map(*problem, law_of(*problem, *options), s.x, s.u) / scale;
   return bilateral;
+}
+
+// The matrices of all islands. Beside trees M^-1 is not block diagonal over bodies: there are no nodes for K,
+// and the bilateral rows leave each island by themselves.
+bool Elimination::Memory::reduce(const Problem& p) {
+  in_trees = trees.analyse(p, direct::most_rows_on_joints);
+  if (in_trees) {
+    trees.factor(p);
+    Budget::spend(trees.work() / Budget::multiplications);
+    return true;
+  }
+  const bool on_joints = 2 * p.K.all<Bilateral>().size() > p.rows();
+  if (!reduction.analyse(p, on_joints ? direct::most_rows_on_joints : direct::most_rows,
+                         direct::most_factor_work) ||
+      !reduction.factor(p))
+    return false;
+  Budget::spend(reduction.work() / Budget::multiplications);
+  return true;
 }
 
 bool Elimination::solve(const Problem& problem, const Options& options, Solution& s) {
@@ -108,13 +132,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
   const Budget budget(options.deadline);
-  const std::size_t bilateral_rows = problem.K.all<Bilateral>().size();
-  const bool on_joints = 2 * bilateral_rows > problem.rows();
-  if (!m.reduction.analyse(problem, on_joints ? direct::most_rows_on_joints : direct::most_rows,
-                           direct::most_factor_work) ||
-      !m.reduction.factor(problem))
-    return false;
-  Budget::spend(m.reduction.work() / Budget::multiplications);
+  if (!m.reduce(problem)) return false;
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
@@ -135,7 +153,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
                       m.solved() && !Budget::late();
        ++round) {
-    for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.shift(i, s.x, s.u);
+    for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
   }
@@ -153,7 +171,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
 bool Elimination::fell_short() const { return !memory_->solved(); }
 
 bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
-  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
   Mechanism& mechanism = memory_->mechanism;
   mechanism.analyse(problem, Mechanism::Scope::held);
   if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||

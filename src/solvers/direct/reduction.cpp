@@ -12,7 +12,8 @@
 namespace amontons {
 
 bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double most_work) {
-  if (!std::holds_alternative<ContactSystem>(problem.A)) return false;
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
   mechanism_.analyse(problem);
   return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
 }
@@ -243,13 +244,12 @@ void Reduction::recover(std::span<double> x) {
 
 // q := u_c - W x_c. With u from a product with the whole A at x, the errors of W and q from the rounding of K
 // vanish at x. The next solve finds the correction.
-void Reduction::shift(std::size_t i, std::span<const double> x, std::span<const double> u) {
-  Island& island = islands_[i];
-  const std::size_t m = island.rows();
+void Reduction::Island::shift(std::span<const double> x, std::span<const double> u) {
+  const std::size_t m = rows();
   for (std::size_t r = 0; r < m; ++r) {
     double sum = 0;
-    for (std::size_t c = 0; c < m; ++c) sum += island.W[m * r + c] * x[island.row[c]];
-    island.q[r] = u[island.row[r]] - sum;
+    for (std::size_t c = 0; c < m; ++c) sum += W[m * r + c] * x[row[c]];
+    q[r] = u[row[r]] - sum;
   }
 }
 

@@ -26,6 +26,8 @@ class Reduction {
     std::vector<double> W, q, P;
     std::vector<std::size_t> row;
     std::size_t rows() const { return row.size(); }
+    // Given x and the u of the problem at x, moves q so that W x + q = u there.
+    void shift(std::span<const double> x, std::span<const double> u);
   };
 
   // Finds the islands and analyses K. False where elimination does not apply: for a matrix or a function in
@@ -36,9 +38,7 @@ class Reduction {
   bool factor(const Problem& problem);
 
   std::size_t islands() const { return count_; }
-  const Island& island(std::size_t i) const { return islands_[i]; }
-  // Given x and the u of the problem at x, moves q so that W x + q = u there.
-  void shift(std::size_t island, std::span<const double> x, std::span<const double> u);
+  Island& island(std::size_t i) { return islands_[i]; }
   const Mechanism& mechanism() const { return mechanism_; }
   // Multiplications of factor().
   double work() const;

@@ -11,9 +11,7 @@ mujoco = pytest.importorskip("mujoco")
 
 KINDS = {
     "robot.xacro": "run xacro first",
-    "robot.sdf": "convert it to MJCF .* or URDF",
-    "robot.USD": "export the robot as URDF or MJCF",
-    "robot.usdz": "export the robot as URDF or MJCF",
+    "robot.step": "export it as a mesh",
     "robot.mjb": "load the XML that it was compiled from",
 }
 

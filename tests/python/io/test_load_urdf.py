@@ -167,6 +167,7 @@ MESH = '<collision><geometry><mesh filename="{}" scale="0.1 0.1 0.2"/></geometry
         "package://robot_description/meshes/visual/wedge.obj",
         "model://robot_description/meshes/visual/wedge.obj",
         "package://elsewhere/wedge.obj",
+        "package://installed/wedge.obj",
         "../meshes/visual/wedge.obj",
         "file://{folder}/robot_description/meshes/visual/wedge.obj",
         "{folder}/robot_description/meshes/visual/wedge.obj",
@@ -175,11 +176,18 @@ MESH = '<collision><geometry><mesh filename="{}" scale="0.1 0.1 0.2"/></geometry
 )
 def test_meshes_are_found(tmp_path, root, filename, monkeypatch):
     package = tmp_path / "robot_description"
-    for folder in (package / "meshes" / "visual", tmp_path / "ros" / "elsewhere", package / "urdf"):
+    installed = tmp_path / "ament" / "share" / "installed"
+    for folder in (
+        package / "meshes" / "visual",
+        tmp_path / "ros" / "elsewhere",
+        installed,
+        package / "urdf",
+    ):
         folder.mkdir(parents=True)
         if filename == "wedge.obj" or folder.name != "urdf":
             shutil.copy(root / "tests/python/io/models/meshes/wedge.obj", folder)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "ament"))
     path = write(
         package / "urdf", link("base", more=MESH.format(filename.format(folder=tmp_path))), name="r.urdf"
     )

@@ -1,7 +1,9 @@
 #pragma once
+#include <memory>
 #include <vector>
 
 #include "amontons/multibody/model/state.hpp"
+#include "amontons/problem/contact_system.hpp"
 
 // Bodies over one step. Their poses and inertias are constant while a step solves for velocities. Velocities
 // are separate arrays of one type: at the start, free (loads and no impulses), and after the step.
@@ -42,6 +44,8 @@ struct StepBodies {
   const BodyMobilities& mobility;
   const BodyVelocities& start;  // at the start of the step
   const BodyVelocities& free;   // with all loads, without impulses
+  // Bodies that move in coordinates of their joints; null if there are none.
+  std::shared_ptr<const ConstrainedBodies> trees = {};
 };
 
 // Frames, mobilities and velocities of the state. Fixed bodies have zero velocity, whatever the state

@@ -10,8 +10,11 @@ struct JointContext;  // a joint in the world, src/multibody/joints/joint_contex
 // Updates state.coordinates, or separate coordinates, from the poses. The result is the one next to the
 // present coordinates (so that turns are counted). A joint whose coordinates are all zero is searched from
 // several starts. The turn of a single hinge is chosen within the limits if possible.
-void update_coordinates(const Model& model, const BodyFrames& bodies, State& state);
-void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates);
+// Joints that `known` marks (per joint, or empty) are left as they are.
+void update_coordinates(const Model& model, const BodyFrames& bodies, State& state,
+                        std::span<const unsigned char> known = {});
+void update_coordinates(const Model& model, const BodyFrames& bodies, std::span<double> coordinates,
+                        std::span<const unsigned char> known = {});
 
 // Bodies at their initial poses and velocities, coordinates found from the poses, no loads.
 State initial_state(const Model& model);

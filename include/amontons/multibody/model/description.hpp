@@ -41,6 +41,12 @@ struct Body {
 // each relaxes at its own rate, and the pair at the mean by compliance. Rest offsets add.
 enum class FrictionRule : unsigned char { geometric_mean, maximum, minimum, mean };
 
+// Which bodies move in coordinates of their joints, in which the joints hold exactly.
+enum class Trees : unsigned char {
+  none,       // none: joints are rows of the step's problem
+  automatic,  // those of mechanisms whose rigid joints form a tree; joints that close its loops are rows
+};
+
 // A shape on a body, with the material of its surface. A body may have any number of geoms, or none. Its mass
 // and inertia do not depend on them.
 struct Geom {
@@ -257,6 +263,7 @@ struct ModelDescription {
   std::vector<std::pair<Index, Index>> excluded_bodies;  // pairs that never touch; world allowed
   std::vector<std::pair<Index, Index>> excluded_geoms;   // the same for geoms
   FrictionRule friction_rule = FrictionRule::geometric_mean;
+  Trees trees = Trees::none;
   Fluid fluid;
   std::vector<FluidBox> fluid_boxes;
 };

@@ -131,16 +131,16 @@ inline constexpr auto fields<Actuator> =
                Field{"upper_activation", &Actuator::upper_activation}, Field{"early", &Actuator::early});
 
 template <>
-inline constexpr auto fields<ModelDescription> =
-    std::tuple(Field{"gravity", &ModelDescription::gravity}, Field{"bodies", &ModelDescription::bodies},
-               Field{"geoms", &ModelDescription::geoms}, Field{"joints", &ModelDescription::joints},
-               Field{"tendons", &ModelDescription::tendons}, Field{"couplings", &ModelDescription::couplings},
-               Field{"actuators", &ModelDescription::actuators},
-               Field{"pair_materials", &ModelDescription::pair_materials},
-               Field{"excluded_bodies", &ModelDescription::excluded_bodies},
-               Field{"excluded_geoms", &ModelDescription::excluded_geoms},
-               Field{"fluid", &ModelDescription::fluid}, Field{"fluid_boxes", &ModelDescription::fluid_boxes},
-               Field{"friction_rule", &ModelDescription::friction_rule});
+inline constexpr auto fields<ModelDescription> = std::tuple(
+    Field{"gravity", &ModelDescription::gravity}, Field{"bodies", &ModelDescription::bodies},
+    Field{"geoms", &ModelDescription::geoms}, Field{"joints", &ModelDescription::joints},
+    Field{"tendons", &ModelDescription::tendons}, Field{"couplings", &ModelDescription::couplings},
+    Field{"actuators", &ModelDescription::actuators},
+    Field{"pair_materials", &ModelDescription::pair_materials},
+    Field{"excluded_bodies", &ModelDescription::excluded_bodies},
+    Field{"excluded_geoms", &ModelDescription::excluded_geoms}, Field{"fluid", &ModelDescription::fluid},
+    Field{"fluid_boxes", &ModelDescription::fluid_boxes},
+    Field{"friction_rule", &ModelDescription::friction_rule}, Field{"trees", &ModelDescription::trees});
 
 // values_of<E> is an array of the values of an enumeration with their names.
 template <class E>
@@ -158,6 +158,9 @@ template <>
 inline constexpr auto values_of<FrictionRule> =
     std::array{Named{"geometric_mean", FrictionRule::geometric_mean}, Named{"maximum", FrictionRule::maximum},
                Named{"minimum", FrictionRule::minimum}, Named{"mean", FrictionRule::mean}};
+template <>
+inline constexpr auto values_of<Trees> =
+    std::array{Named{"none", Trees::none}, Named{"auto", Trees::automatic}};
 template <>
 inline constexpr auto values_of<MotorKind> =
     std::array{Named{"none", MotorKind::none}, Named{"effort", MotorKind::effort},

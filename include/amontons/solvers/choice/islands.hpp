@@ -29,7 +29,8 @@ enum class ToleranceOf : unsigned char { each, whole };
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance = ToleranceOf::each);
 
-// Some islands as a problem of their own, with bodies numbered in the order of their appearance.
+// Some islands as a problem of their own, with bodies numbered in the order of their appearance. Beside trees
+// all bodies keep their numbers.
 struct IslandPart {
   Problem problem;
   // Row and body of the whole problem for every row and body of the part: x_part[k] = x[rows[k]].

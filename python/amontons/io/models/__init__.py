@@ -1,8 +1,10 @@
-"""Models from MJCF and URDF files, by way of MuJoCo's compiler."""
+"""Models from MJCF and URDF files, by way of MuJoCo's compiler, and from SDF and USD."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from os import PathLike
+from pathlib import Path
 
 from ...errors import FileError, InputError
 from ...limits import DEFAULT, Limits
@@ -23,22 +25,28 @@ from .keyframes import read_keyframes
 from .motors import checked_motor, with_motors
 from .overlaps import without_overlaps
 from .scan import scan
+from .sdf import read_sdf
 from .sensors import read_sensors
 from .sites import read_sites
 from .size import Budget
 from .tendons import read_tendons
+from .usd import read_usd
 from .visuals import read_visuals
 from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
+OWN_READERS: dict[str, Callable[[Path, Issues, Limits], Model]] = {
+    **dict.fromkeys((".sdf", ".world"), read_sdf),
+    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), read_usd),
+}
+"""Kinds of files that MuJoCo does not read."""
+KNOWN = (*SUFFIXES, *OWN_READERS, ".json")
 CONVERTED = {
     ".xacro": "run xacro first: `xacro robot.xacro > robot.urdf`, then load robot.urdf",
-    ".sdf": "SDF is not read; convert it to MJCF (sdformat_mjcf) or URDF (sdformat_urdf)",
-    **dict.fromkeys(
-        (".usd", ".usda", ".usdc", ".usdz"),
-        "USD is not read; export the robot as URDF or MJCF from the program that wrote the file",
-    ),
     ".mjb": "a compiled MuJoCo model is not read; load the XML that it was compiled from",
+    **dict.fromkeys(
+        (".step", ".stp"), "a part is no model; export it as a mesh (.stl), for shapes.read_mesh"
+    ),
 }
 """Remedies for files of other kinds."""
 
@@ -52,7 +60,7 @@ def load_model(
     motors: Motor | None = None,
     limits: Limits = DEFAULT,
 ) -> Model:
-    """Read a MuJoCo (MJCF .xml) or URDF (.urdf, or <robot> in .xml) model file, or a .json of `write_model`.
+    """Read a model: MJCF (.xml), URDF (.urdf, or <robot> in .xml), SDF, USD, or a .json of `write_model`.
 
     Elements that amontons does not support are left out. `Model.unread` lists them, and one warning
     (UnsupportedWarning) shows them, worst first.
@@ -69,7 +77,8 @@ def load_model(
 
     limits: how large the model may be, with all that it includes and copies.
 
-    docs/models.md tells what is read. Needs MuJoCo: pip install amontons[models].
+    docs/models.md tells what is read. MJCF and URDF need MuJoCo (pip install amontons[models]), USD usd-core
+    (amontons[usd]).
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
     """
     if motors is not None:
@@ -78,6 +87,10 @@ def load_model(
         if strict or floating_base is not None or self_overlaps or motors is not None:
             raise InputError(f"{path}: options are for MJCF and URDF; a .json holds the model that they made")
         return read_model_json(existing(path, "a model file"), limits)
+    if (suffix := Path(path).suffix.lower()) in OWN_READERS:
+        if floating_base is not None or self_overlaps:
+            raise InputError(f"{path}: floating_base and self_overlaps are for MJCF and URDF")
+        return _read_own(existing(path, "a model file"), suffix, strict, motors, limits)
     compiled = compiled_model(path, floating_base, limits)
     if motors is not None and compiled.root.tag != "robot":
         raise InputError(
@@ -87,13 +100,25 @@ def load_model(
     return model if motors is None else with_motors(model, motors)
 
 
+def _read_own(path: Path, suffix: str, strict: bool, motors: Motor | None, limits: Limits) -> Model:
+    issues = Issues(path)
+    try:
+        model = OWN_READERS[suffix](path, issues, limits)
+    finally:
+        if not strict:
+            issues.report(strict=False)
+    if strict:
+        issues.report(strict=True)
+    return model if motors is None else with_motors(model, motors)
+
+
 def compiled_model(
     path: str | PathLike[str], floating_base: bool | None = None, limits: Limits = DEFAULT
 ) -> Compiled:
     """A model file as MuJoCo has it, with the meshes and the base that `load_model` gives a URDF."""
     path = existing(path, "a model file")
     if path.suffix.lower() not in SUFFIXES:
-        known = f"known suffixes are {', '.join((*SUFFIXES, '.json'))}"
+        known = f"known suffixes are {', '.join(KNOWN)}"
         remedy = CONVERTED.get(path.suffix.lower())
         raise FileError(f"{path}: {f'{remedy}; {known}' if remedy else f'unknown kind of file; {known}'}")
     if str(path) != str(path).encode(errors="replace").decode():

@@ -20,6 +20,8 @@ class Element:
     line: int
     parent: Element | None = field(default=None, repr=False)
     children: list[Element] = field(default_factory=list, repr=False)
+    text: str = field(default="", repr=False)
+    """between its tags, where SDF has its values; MJCF and URDF have none"""
     _by_name: dict[str, dict[str, Element]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -33,6 +35,9 @@ class Element:
             element = left.pop()
             yield element
             left += reversed(element.children)
+
+    def all(self, tag: str) -> list[Element]:
+        return [c for c in self.children if c.tag == tag]
 
     def child(self, tag: str) -> Element | None:
         return next((c for c in self.children if c.tag == tag), None)

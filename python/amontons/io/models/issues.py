@@ -6,11 +6,19 @@ import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Protocol
 
 from ...checks import shortened
 from ...errors import InputError, ModelWarning, UnsupportedWarning
 from ...model.presets import EFFECTS, Unread
-from .elements import Element
+
+
+class Place(Protocol):
+    """Where something stands in a file: an element of XML, a prim of USD."""
+
+    @property
+    def place(self) -> str: ...
+
 
 SHOWN, WIDTH = 5, 140
 """Lines of each part of the warning, and characters of a line; `Model.unread` has all."""
@@ -29,7 +37,7 @@ class Issues:
     _known: set[Unread] = field(default_factory=set, init=False)
     _listed: set[tuple[str, str]] = field(default_factory=set, init=False)
 
-    def add(self, where: Element | None, what: str, effect: str = "small") -> None:
+    def add(self, where: Place | None, what: str, effect: str = "small") -> None:
         """Once per place and text: one element of a <replicate> stands for all its copies.
 
         effect: how much of the motion what is not read changes, one of EFFECTS.
@@ -41,7 +49,7 @@ class Issues:
             self._listed.add((entry.place, entry.element))
             self.found.append(entry)
 
-    def lists(self, where: Element) -> bool:
+    def lists(self, where: Place) -> bool:
         """Whether something of this element is listed."""
         return (where.place, str(where)) in self._listed
 
@@ -86,7 +94,7 @@ class Issues:
         """A place in the file whose name stands at the top of the message, or in another one."""
         file, _, line = place.rpartition(":")
         if file == str(self.path):
-            return f"line {line}"
+            return f"line {line}" if line.isdigit() else line
         return "" if place == str(self.path) else f"{Path(file).name}:{line}"
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ...checks import shortened
 from ...errors import FileError
 from ...limits import DEFAULT, Limits
-from . import collada, stl_text
+from ...model import collada, stl_text
 from .elements import Element
 from .issues import Issues
 from .places import inside
@@ -226,7 +226,8 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues, limits: L
         )
         raise FileError(
             f'{element.place}: {element}: the file "{shortened(name)}" does not exist{confined}; looked for '
-            f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages"
+            f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages, or "
+            "AMENT_PREFIX_PATH, which a workspace of ROS 2 sets"
         )
     if found.suffix.lower() == ".dae" and collada.read(found) is not None:
         return found.resolve()
@@ -236,16 +237,21 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues, limits: L
     return found.resolve()
 
 
+def _folders(variable: str) -> list[str]:
+    return [folder for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+
+
 def candidates(name: str, meshdir: str, folder: Path) -> Iterator[Path]:
     """Where a mesh may be: as given, then as MuJoCo looks for it, in meshdir and without the folders."""
     plain = name.removeprefix("file://")
     if name.startswith(("package:", "model:")):
         package, _, rest = name.partition(":")[2].strip("/").partition("/")
         plain = rest
-        paths = [p for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        paths = [Path(p) for p in _folders("ROS_PACKAGE_PATH")]
+        paths += [Path(p) / "share" for p in _folders("AMENT_PREFIX_PATH")]
         parents = (folder.absolute(), *folder.absolute().parents)
-        yield from (p / rest for p in parents if p.name == package)
-        yield from (p / package / rest for p in (*map(Path, paths), *parents))
+        yield from (p / rest for p in (*paths, *parents) if p.name == package)
+        yield from (p / package / rest for p in (*paths, *parents))
     yield folder / plain
     if meshdir:
         yield folder / meshdir / plain

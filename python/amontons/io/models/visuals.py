@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...model import shapes
+from ...model import collada, shapes, stl_text
 from ...model.shapes import Shape
 from ...model.transforms import Transform, axis_angle, multiply
 from ...model.visuals import TriangleMesh, Visual
-from . import collada, stl_text
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .elements import Element

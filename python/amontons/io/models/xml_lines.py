@@ -57,7 +57,12 @@ def read_xml(path: Path, faults: Faults, budget: Budget, depth: int = 0) -> Elem
             "read; write what it stands for in its places, or <include> it"
         )
 
+    def text(part: str) -> None:
+        stack[-1].text += part
+
     parser.StartElementHandler = start
+    parser.CharacterDataHandler = text
+    parser.buffer_text = True
     parser.EndElementHandler = lambda tag: stack.pop()
     parser.EntityDeclHandler = entity
     try:

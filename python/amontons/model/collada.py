@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...checks import Array
-from ...model.transforms import axis_angle, rotation_matrix
+from ..checks import Array
+from .transforms import axis_angle, rotation_matrix
 
 MOST = 10_000
 """Nodes at most: those that name each other would have no end."""

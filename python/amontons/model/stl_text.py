@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...checks import Array
+from ..checks import Array
 
 VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 

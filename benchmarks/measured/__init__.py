@@ -1,0 +1,1 @@
+"""Measurements and references of others beside us; `benchmarks/measurements.py` runs them."""

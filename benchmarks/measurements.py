@@ -1,0 +1,55 @@
+"""Measurements and results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances.
+
+    python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
+
+Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
+measured_PART.csv, a row per figure, and their tables into docs/measured.md (report_measured.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import report_measured
+from common import RESULTS, arguments, with_folders, write_csv
+from measured import adams, clearances, damper, impacts, masonry, tosses
+
+Row = dict[str, Any]
+PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
+    "tosses": ("cube_tosses", tosses.rows),
+    "adams": ("adams_joints", adams.rows),
+    "impacts": ("impacts_ellipse", impacts.rows),
+    "damper": ("friction_damper", damper.rows),
+    "masonry": ("masonry", masonry.rows),
+    "clearances": ("siconos", clearances.rows),
+}
+"""By name: a folder of DATA/measured, and the function that makes rows of it."""
+
+TABLES = RESULTS / "amd-epyc"
+"""Folder of the committed tables: errors do not depend on the machine."""
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
+    options = parser.parse_args()
+    renew = options.out is None and not options.quick
+    options.out = TABLES if renew else options.out
+    options = with_folders(options)
+    for name in options.only:
+        folder, rows = PARTS[name]
+        path = options.data / "measured" / folder
+        if not path.is_dir():
+            print(f"{name}: skipped, there is no {path}")
+            continue
+        found = list(rows(path, options.quick))
+        write_csv(options.out / f"measured_{name}.csv", found)
+        print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
+    if renew:
+        report_measured.renew(options.out)
+
+
+if __name__ == "__main__":
+    main()

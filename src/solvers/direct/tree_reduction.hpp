@@ -1,0 +1,84 @@
+#pragma once
+#include <vector>
+
+#include "amontons/problem/linkage.hpp"
+#include "solvers/direct/reduction.hpp"
+
+namespace amontons {
+
+// The islands of a problem whose bodies belong to trees or are free:
+//
+//   u = A x + b,   A = D M^-1 D' + E = Y'Y + E,   Y = M^-1/2 D'
+//
+// with M^-1/2 = D^-1/2 L^-T J' on trees. An island is a set of trees and free bodies that rows connect. A
+// column of Y is nonzero only on the way from its bodies to the root. Columns are sorted by their place in
+// the tree, so that each row of Y has a narrow range. Bilateral rows (f: loops, couplings, servos) leave the
+// other rows (c) as in Reduction, here by Cholesky's method on the rows of f:
+//
+//   A_ff = U'U,   (Z y) = U^-T (A_fc b_f),   W = A_cc - Z'Z,   q = b_c - Z'y,   U x_f = -(y + Z x_c).
+class TreeReduction {
+ public:
+  // False where it does not apply: the problem has no linkage, or an island has more than `most_rows` rows of
+  // either kind.
+  bool analyse(const Problem& problem, std::size_t most_rows);
+  void factor(const Problem& problem);
+
+  std::size_t islands() const { return count_; }
+  Reduction::Island& island(std::size_t i) { return islands_[i]; }
+  // Completes the x_c in x by x_f.
+  void recover(std::span<double> x) const;
+  // Corrects x_f for the remaining u = A x + b there; x_c stays.
+  void correct(std::span<const double> u, std::span<double> x);
+  // Multiplications of factor().
+  double work() const { return work_; }
+
+ private:
+  static constexpr std::size_t lanes = 8;  // not tuned: entries of a vector register
+  static constexpr std::size_t group = 6;  // not tuned: rows of a kernel
+  struct Block {
+    std::size_t block, row, dim, kind, set;
+    Index island, place;  // the last coordinate that moves one of its bodies; free bodies come after trees
+    bool free;            // whether a body is free
+  };
+  // The bilateral rows of an island: numbers in the problem; (U Z y) by rows, `stride` apart; places in x of
+  // the columns of Z.
+  struct Held {
+    std::vector<std::size_t> row;
+    std::vector<double> factor;
+    std::size_t stride = 0;
+  };
+  // A row of Y within an island: nonzero columns [first, last).
+  struct Range {
+    std::size_t first, last;
+  };
+
+  void number_nodes(const Problem& problem);
+  Index node_of(Index body) const;
+  void fill_island(const Problem& problem, std::size_t island, std::size_t first, std::size_t last);
+  void fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column);
+  void fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j, std::size_t column);
+  void set(std::size_t coordinate, std::size_t column, double value);
+  void add_products();
+  void eliminate(const Problem& problem, Held& held, Reduction::Island& island);
+
+  const Linkage* trees_ = nullptr;
+  std::vector<Index> tree_of_;      // per coordinate: number of its tree
+  std::vector<Index> free_number_;  // per body: its number among free bodies that move, else -1
+  std::size_t free_count_ = 0, tree_count_ = 0;
+  std::vector<Index> leader_, number_;
+  std::vector<Block> blocks_;
+  std::size_t count_ = 0, stride_ = 0;
+  std::vector<Reduction::Island> islands_;
+  std::vector<Held> held_;
+  // A of the present island, and per column its row in the problem: -1 - row if it is bilateral.
+  std::vector<double> A_;
+  std::vector<std::ptrdiff_t> row_;
+  std::vector<std::size_t> order_;
+  std::vector<double> work_row_;
+  std::vector<Range> range_;       // per coordinate, then six per free body
+  std::vector<std::size_t> used_;  // coordinates with a column in this island
+  std::vector<double> Y_, six_;
+  double work_ = 0;
+};
+
+}  // namespace amontons

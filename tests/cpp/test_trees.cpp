@@ -1,0 +1,168 @@
+// Trees of the step against the generalised coordinates of kinematics, which share no code with them.
+#include <span>
+
+#include "amontons/multibody/kinematics/closure.hpp"
+#include "amontons/multibody/kinematics/dynamics.hpp"
+#include "check.hpp"
+#include "joint_scene.hpp"
+#include "multibody/trees/tree_motion.hpp"
+
+using namespace joint_scene;
+
+namespace {
+
+// A floating base, chains of mixed dofs, a ball, a joint whose B hangs on its A, and a driven body.
+struct OddTrees {
+  Random random;
+  std::shared_ptr<const Model> model;
+  std::unique_ptr<const Tree> tree;
+  Forest forest;
+  State state;
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities start;
+  TreeStep step;
+
+  OddTrees() {
+    ModelDescription d;
+    d.trees = Trees::automatic;
+    for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
+    d.bodies[5].motion = Motion::kinematic;
+    // Bodies without a joint before them: their centre moves straight at constant rates, here also their
+    // origin, whose velocity the other coordinates have.
+    d.bodies[0].centre_of_mass = d.bodies[5].centre_of_mass = {};
+    const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
+      Joint joint = joint_of(a, b, std::move(dofs), ball);
+      joint.frame_a = random.transform(0.5);
+      joint.frame_b = random.transform(0.5);
+      d.joints.push_back(joint);
+    };
+    add(1, 0, {hinge(random.unit(), random.vector()), slide(random.unit()), hinge(random.unit())});
+    add(0, 2, {slide(random.unit())}, true);  // body 2 moves
+    add(3, 2, {}, true);
+    add(4, 5, {hinge(random.unit())});  // on a body that keeps its velocity
+    d.joints[0].dofs[0].armature = 0.3;
+    model = std::make_shared<const Model>(d);
+    tree = std::make_unique<const Tree>(model);
+    forest = make_forest(*tree);
+    state = initial_state(*model);
+    std::vector<double> q, qd;
+    for (std::size_t i = 0; i < tree->nq(); ++i) q.push_back(random());
+    for (std::size_t i = 0; i < tree->nv(); ++i) qd.push_back(random());
+    check_coordinates(*tree, q, qd);
+    write_poses(*tree, q, state);
+    write_velocities(*tree, q, qd, state);
+    place_trees(*model, forest, state, step);
+    place_bodies(*model, state, frames, mobility, start);
+    make_tree_masses(*model, forest, state, frames, 0, step);
+  }
+
+  // Rates in the order of the tree of velocities of the centres of mass.
+  std::vector<double> rates(const BodyVelocities& v) const {
+    State there = state;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      there.angular_velocities[i] = v[i].angular;
+      there.linear_velocities[i] =
+          v[i].linear + cross(v[i].angular, frames[i].pose.position - frames[i].centre);
+    }
+    return read_coordinates(*tree, there).qd;
+  }
+  TreePose pose() const { return pose_of(*tree, state, read_coordinates(*tree, state).q); }
+};
+
+}  // namespace
+
+// A wrong inertia, column or way to the root leaves a residual of the size of the impulses.
+TEST(velocities_of_impulses_on_trees_are_those_of_the_mass_matrix) {
+  OddTrees t;
+  const auto& bodies = *t.step.constrained;
+  CHECK(bodies.body.size() == 5);
+  std::vector<Vec3> forces(6), torques(6);
+  std::vector<double> w;
+  for (const Index i : bodies.body) {
+    forces[i] = t.random.vector();
+    torques[i] = t.random.vector();
+    for (const Vec3& part : {forces[i], torques[i]})
+      for (const double x : part.array()) w.push_back(x);
+  }
+  bodies.apply(w.data());
+  BodyVelocities v(6);
+  t.state.linear_velocities[5] = t.state.angular_velocities[5] = {};
+  for (std::size_t k = 0; k < bodies.body.size(); ++k)
+    v[bodies.body[k]] = {{w[6 * k], w[6 * k + 1], w[6 * k + 2]}, {w[6 * k + 3], w[6 * k + 4], w[6 * k + 5]}};
+  const std::vector<double> qd = t.rates(v), q = read_coordinates(*t.tree, t.state).q;
+  const std::vector<double> M = mass_matrix(*t.tree, t.state, t.pose(), q);
+  const std::vector<double> tau = generalised_forces(*t.tree, t.pose(), forces, torques);
+  for (std::size_t i = 0; i < qd.size(); ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < qd.size(); ++j) sum += M[i * qd.size() + j] * qd[j];
+    CHECK_NEAR(sum, tau[i], 1e-12);
+  }
+  // No velocity that the joints lock.
+  State there = t.state;
+  write_velocities(*t.tree, q, qd, there);
+  for (const Index i : bodies.body) CHECK_NEAR(norm(there.angular_velocities[i] - v[i].angular), 0, 1e-12);
+}
+
+// The entries of D M^-1 D' from halves; the second row joins two links of one tree, whose base moves too.
+TEST(half_rows_multiply_to_the_mobility_of_rows) {
+  OddTrees t;
+  const auto& bodies = *t.step.constrained;
+  const Linkage& linkage = *bodies.linkage;
+  const auto wrench = [&] {
+    std::array<double, 6> j;
+    for (double& x : j) x = t.random();
+    return j;
+  };
+  const std::vector<JacobianRow> rows{{1, world, wrench(), {}},
+                                      {1, 3, wrench(), wrench()},
+                                      {0, 4, wrench(), wrench()},
+                                      {5, 2, wrench(), wrench()}};
+  const auto place = [&](Index body) { return linkage.place_of(body); };
+  for (const JacobianRow& a : rows)
+    for (const JacobianRow& b : rows) {
+      std::vector<double> w(6 * bodies.body.size());
+      for (const auto& [body, j] : {std::pair(b.body_a, b.a), std::pair(b.body_b, b.b)})
+        if (place(body) >= 0)
+          for (std::size_t c = 0; c < 6; ++c) w[6 * place(body) + c] += j[c];
+      bodies.apply(w.data());
+      double direct = 0;
+      for (const auto& [body, j] : {std::pair(a.body_a, a.a), std::pair(a.body_b, a.b)})
+        if (place(body) >= 0)
+          for (std::size_t c = 0; c < 6; ++c) direct += j[c] * w[6 * place(body) + c];
+      std::vector<double> ya(linkage.coordinates()), yb(linkage.coordinates());
+      std::vector<Index> sa, sb;
+      linkage.half_solve(a, ya.data(), sa);
+      linkage.half_solve(b, yb.data(), sb);
+      double halves = 0;
+      for (const Index k : sa) halves += ya[k] * yb[k];
+      CHECK_NEAR(halves, direct, 1e-12);
+    }
+}
+
+// M q'' + c = 0 at the mean of the rates before and after, up to h^2: the momentum balance over displacements
+// has the velocity terms of the equations of motion. A term missing leaves an error that does not fall.
+TEST(free_trees_obey_the_equations_of_motion_at_second_order) {
+  OddTrees t;
+  const std::vector<BodyImpulse> loads(6);
+  const std::vector<double> before = t.rates(t.start), q = read_coordinates(*t.tree, t.state).q;
+  double last = 0;
+  for (const double h : {1e-3, 5e-4}) {
+    make_tree_masses(*t.model, t.forest, t.state, t.frames, h, t.step);
+    BodyVelocities free = t.start;
+    make_free_tree_velocities(*t.model, t.forest, t.state, h, t.frames, t.start, loads, t.step, free);
+    foresee_tree_velocities(*t.model, t.forest, t.state, h, t.frames, t.start, {}, t.step, free);
+    const std::vector<double> after = t.rates(free);
+    std::vector<double> mean, rise;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      mean.push_back(0.5 * (before[i] + after[i]));
+      rise.push_back((after[i] - before[i]) / h);
+    }
+    double error = 0;
+    for (const double x : inverse_dynamics(*t.tree, t.state, t.pose(), q, mean, rise))
+      error = std::max(error, std::abs(x));
+    CHECK(error < 1e-3);
+    if (last > 0) CHECK(last / error > 3.5);
+    last = error;
+  }
+}
