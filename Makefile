@@ -18,9 +18,9 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Python for Windows puts its programs elsewhere.
 BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BUILD := build/python
-FORMATTED = $(shell find include src bindings tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
+FORMATTED = $(shell find include src bindings fmu tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
-NATIVE := $(shell find include src bindings cmake 2>/dev/null) CMakeLists.txt pyproject.toml
+NATIVE := $(shell find include src bindings fmu cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 # What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
 CHECKS := check_layers check_style check_policy check_words
 say = @printf '\033[1m%s\033[0m\n'
@@ -166,6 +166,7 @@ sanitize: .venv/.requirements
 # Before a release, beside .ci/run: what takes an hour or more. The preset dev compiles source by source.
 release_checks: install
 	@$(BIN)/python tools/check_tables.py
+	@$(BIN)/python -m pytest -q -m slow_machine
 	@cmake --preset dev >/dev/null && cmake --build build/dev --target amontons amontons_tests -j $(JOBS)
 	@SOAK_SECONDS=$(SANITIZED_SOAK_SECONDS) SOAK_SEED=$(SOAK_SEED) JOBS=$(JOBS) tools/sanitize asan --python
 	@$(MAKE) --no-print-directory soak wheel

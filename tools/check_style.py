@@ -15,7 +15,7 @@ import lizard
 from duplicates import Pair, find, without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
-CPP, CORE, PYTHON = ("include", "src", "bindings"), ("include", "src"), ("python/amontons",)
+CPP, CORE, PYTHON = ("include", "src", "bindings", "fmu"), ("include", "src"), ("python/amontons",)
 P90, LONGEST, COMPLEXITY, COMMENTS = 35, 70, 20, 0.18
 # Pairs of files that may say the same, and why; the names are starts of paths.
 BOILERPLATE: dict[tuple[str, str], str] = {

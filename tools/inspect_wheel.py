@@ -57,11 +57,15 @@ def faults(path: Path) -> Iterator[str]:
         if f"Tag: {tag(target, python)}\n" not in told or "Root-Is-Purelib: false\n" not in told:
             yield "WHEEL has other tags than the name"
         yield from _record_faults(wheel, info)
-        modules = [n for n in names if n.endswith((".so", ".pyd", ".dylib"))]
-        if modules != [f"amontons/{target.module(python)}"]:
-            yield f"has the modules {modules}, not amontons/{target.module(python)} alone"
+        modules = [n for n in names if n.endswith((".so", ".pyd", ".dll", ".dylib"))]
+        wanted = {f"amontons/{target.module(python)}", f"amontons/{target.unit}"}
+        if set(modules) != wanted or len(modules) != 2:
+            yield f"has the modules {modules}, not {sorted(wanted)}"
         for name in modules:
-            yield from module_faults(wheel.read(name), target, python)
+            if name.startswith("amontons/_core"):
+                yield from module_faults(wheel.read(name), target, python)
+            else:
+                yield from library_faults(wheel.read(name), target)
 
 
 def _record_faults(wheel: zipfile.ZipFile, info: str) -> Iterator[str]:
@@ -79,6 +83,14 @@ def _record_faults(wheel: zipfile.ZipFile, info: str) -> Iterator[str]:
 
 def module_faults(data: bytes, target: Target, python: str) -> Iterator[str]:
     """What is wrong with an extension module for a system."""
+    yield from library_faults(data, target, python)
+    begin = {"linux": b"PyInit__core", "macos": b"_PyInit__core", "windows": b"PyInit__core"}[target.system]
+    if begin not in data:
+        yield "has no PyInit__core"
+
+
+def library_faults(data: bytes, target: Target, python: str | None = None) -> Iterator[str]:
+    """What is wrong with a library; `python` is that of a module, or None if it loads no Python."""
     try:
         binary = read(data)
     except ValueError as error:
@@ -96,16 +108,13 @@ def module_faults(data: bytes, target: Target, python: str) -> Iterator[str]:
     own = str(Path(__file__).resolve().parent.parent).encode()
     for found in sorted({*FOLDERS.findall(data), *re.findall(re.escape(own), data)}):
         yield f"names {found.decode(errors='replace')}, a place where it was built"
-    begin = {"linux": b"PyInit__core", "macos": b"_PyInit__core", "windows": b"PyInit__core"}[target.system]
-    if begin not in data:
-        yield "has no PyInit__core"
 
 
-def _system_faults(binary: Binary, target: Target, python: str) -> Iterator[str]:
+def _system_faults(binary: Binary, target: Target, python: str | None) -> Iterator[str]:
     """The oldest system, and what only one of them asks for."""
     if target.system == "windows":
         dll = "python3.dll" if python == "abi3" else "python311.dll"
-        if dll not in [library.lower() for library in binary.libraries]:
+        if python and dll not in [library.lower() for library in binary.libraries]:
             yield f"does not load {dll}"
         return
     most = target.zig.split("gnu.")[-1] if target.system == "linux" else target.zig.split("macos.")[-1]
@@ -127,7 +136,9 @@ FORMATS = {"linux": "ELF", "macos": "Mach-O", "windows": "PE"}
 def row(path: Path, also: str = "") -> str:
     """A wheel without faults in the table of HEAD; `also` says what else inspected it."""
     with zipfile.ZipFile(path) as wheel:
-        (module,) = (n for n in wheel.namelist() if n.endswith((".so", ".pyd")))
+        (module,) = (
+            n for n in wheel.namelist() if n.startswith("amontons/_core.") and n.endswith((".so", ".pyd"))
+        )
         binary = read(wheel.read(module))
     names = [Path(name).name for name in binary.libraries]
     crt = [name for name in names if name.startswith("api-ms-win-crt")]

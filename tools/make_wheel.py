@@ -215,9 +215,10 @@ def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
     for name in targets:
         target, found = TARGETS[name], headers(pythons)
         built = build(target, ["amontons_modules"], found, zig=zig, jobs=jobs)
+        unit = (built / "amontons_fmu.built").read_bytes()
         for python in found:
             module = (built / python / "_core.built").read_bytes()
-            wheel = pack_wheel(base, module, target, python, DIST, clang)
+            wheel = pack_wheel(base, module, unit, target, python, DIST, clang)
             for fault in (found_faults := list(faults(wheel))):
                 print(f"{wheel.name}: {fault}", file=sys.stderr)
             wrong += bool(found_faults)

@@ -11,13 +11,17 @@ from pathlib import Path
 import make_sbom
 from wheel_targets import Target, tag
 
-MODULES = (".so", ".pyd")
+MODULE, UNIT = "amontons/_core.", "amontons/amontons_fmu."
 SYSTEMS = {"linux": "Linux", "macos": "Darwin", "windows": "Windows"}
 """as CMake calls them"""
 
 
-def pack(base: Path, module: bytes, target: Target, python: str, folder: Path, compiler: str) -> Path:
+def pack(
+    base: Path, module: bytes, unit: bytes, target: Target, python: str, folder: Path, compiler: str
+) -> Path:
     """The wheel of `base`, its module replaced, for "abi3" or "cp311" on a target; its path in a folder.
+
+    `unit` is the library of functional mock-up units, which is replaced too.
 
     `compiler` is the name and version of the one that compiled the module, for the bill of materials.
     The same input gives the same bytes: entries have the dates and the order of the base.
@@ -36,7 +40,10 @@ def pack(base: Path, module: bytes, target: Target, python: str, folder: Path, c
             data = old.read(entry)
             made = zipfile.ZipInfo(entry.filename, entry.date_time)
             made.external_attr = entry.external_attr
-            if entry.filename.endswith(MODULES):
+            if entry.filename.startswith(UNIT):
+                made.filename = f"amontons/{target.unit}"
+                data = unit
+            elif entry.filename.startswith(MODULE) and entry.filename.endswith((".so", ".pyd")):
                 made.filename = f"amontons/{target.module(python)}"
                 data = module
             elif entry.filename == f"{info}/WHEEL":

@@ -50,6 +50,11 @@ class Target:
             return "_core.pyd" if end == "pyd" else "_core.abi3.so"
         return f"_core.{self.soabi}.{end}"
 
+    @property
+    def unit(self) -> str:
+        """The file name of the library that functional mock-up units take in."""
+        return f"amontons_fmu.{'dll' if self.system == 'windows' else 'so'}"
+
     def program(self, name: str) -> str:
         return f"{name}.exe" if self.system == "windows" else name
 

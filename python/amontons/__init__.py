@@ -34,6 +34,7 @@ from .io import load_model as load_model
 from .io import read_problem as read_problem
 from .io import read_recording as read_recording
 from .io import record as record
+from .io import write_fmu as write_fmu
 from .io import write_model as write_model
 from .limits import Limits as Limits
 from .model.builder import ModelBuilder as ModelBuilder

@@ -5,6 +5,7 @@ import threading
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
+from waiting import until
 
 browser = pytest.importorskip("browser", reason="the helpers of tests in a browser")
 
@@ -74,7 +75,7 @@ def test_search_finds(site, chromium):
     page.click("input.md-search__input")
     page.locator("input.md-search__input").press_sequentially("friction cone")
     found = page.locator(".md-search-result__item")
-    browser.wait_for(lambda: found.count() > 3)
+    until(lambda: found.count() > 3)
     assert found.count() > 3
     page.close()
 

@@ -104,6 +104,7 @@ def base_wheel(folder: Path) -> Path:
     files = {
         "amontons/__init__.py": b"",
         "amontons/_core.abi3.so": b"module",
+        "amontons/amontons_fmu.so": b"library",
         f"{info}/METADATA": b"Name: amontons\n",
         f"{info}/sboms/amontons.cdx.json": json.dumps(BILL).encode(),
         f"{info}/WHEEL": b"Wheel-Version: 1.0\nRoot-Is-Purelib: false\nTag: cp312-abi3-linux_x86_64\n\n",
@@ -128,16 +129,18 @@ def test_wheels_are_packed(tmp_path, name, python):
         "windows": pe(b"python3.dll" if python == "abi3" else b"python311.dll"),
     }
     base, module = base_wheel(tmp_path), modules[target.system]
-    made = pack(base, module, target, python, tmp_path, "Clang 22.1.8")
+    unit = modules[target.system]
+    made = pack(base, module, unit, target, python, tmp_path, "Clang 22.1.8")
     assert made.name == f"amontons-1.2.3-{tag(target, python)}.whl"
     before = made.read_bytes()
-    assert pack(base, module, target, python, tmp_path, "Clang 22.1.8").read_bytes() == before
+    assert pack(base, module, unit, target, python, tmp_path, "Clang 22.1.8").read_bytes() == before
     found = list(inspect_wheel.faults(made))
     if target.system != "linux":  # our own module links against libstdc++ and names the folder of the build
         assert found == []
     assert not any("RECORD" in fault or "tags" in fault or "modules" in fault for fault in found)
     with zipfile.ZipFile(made) as wheel:
         assert wheel.read(f"amontons/{target.module(python)}") == module
+        assert wheel.read(f"amontons/{target.unit}") == unit
         bill = json.loads(wheel.read("amontons-1.2.3.dist-info/sboms/amontons.cdx.json"))
     parts = [part["name"] for part in bill["components"]]
     assert parts == ["eigen", "libc++", "mingw-w64"][: 3 if target.system == "windows" else 2]

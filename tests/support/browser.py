@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
-import time
 
 import numpy as np
+from waiting import LONGEST, until
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -40,10 +40,11 @@ def open_page(browser, url, size=(900, 600)):
         else:
             request.abort()
 
+    page.set_default_timeout(1e3 * LONGEST)
     page.route("**/*", route)
     page.on("websocket", lambda socket: asked.append(socket.url))
     page.goto(url)
-    page.wait_for_selector("canvas", timeout=60_000)
+    page.wait_for_selector("canvas")
     return page, asked
 
 
@@ -53,17 +54,7 @@ def picture(page):
 
     from PIL import Image
 
-    return np.asarray(Image.open(io.BytesIO(page.screenshot(timeout=120_000))).convert("RGB"), dtype=int)
-
-
-def wait_for(condition, seconds=60.0):
-    """Whether a condition comes true in time; software draws a picture in a second or so."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return False
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), dtype=int)
 
 
 def unfold(page, folder, label):
@@ -72,7 +63,7 @@ def unfold(page, folder, label):
     control = page.get_by_label(label).first
     for _ in range(10):
         page.get_by_text(folder, exact=True).click()
-        if wait_for(control.is_visible, 3):
+        if until(control.is_visible, 3):
             return
     raise AssertionError(f"folder {folder} does not show {label}")
 

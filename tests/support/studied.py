@@ -24,11 +24,25 @@ def marked(folder, k, seconds=0.0):
     return {"square": k * k}
 
 
-def dies_first(folder, k):
-    """Its process is killed at the first call; k = 99 always."""
+HELD = 6
+
+
+def held(folder, k):
+    """As `marked`; from HELD on it lasts until somebody writes the file `go` there."""
+    row = marked(folder, k)
+    while k >= HELD and not (Path(folder) / "go").exists():
+        time.sleep(0.02)
+    return row
+
+
+def dies_first(folder, k, killed=False):
+    """Its process dies at the first call; k = 99 always. killed: by who finds its number in the folder."""
     mark = Path(folder) / f"died-{k}"
     if k == 99 or (k == 1 and not mark.exists()):
         mark.touch()
+        if killed:
+            (Path(folder) / f"kill-{os.getpid()}").touch()
+            time.sleep(3600)
         os.kill(os.getpid(), signal.SIGKILL)
     return {"square": k * k}
 

@@ -98,6 +98,7 @@ def classes(rng: Rng) -> Call:
     found = [getattr(amontons, n) for n in names] + [getattr(shapes, n) for n in SHAPES]
     found = [c for c in found if c not in (amontons.Solution, amontons.Rollout)]  # which are results
     found = [c for c in found if not issubclass(c, BaseException) and c.__module__ != "amontons._core"]
+    found = [c for c in found if not getattr(c, "_is_protocol", False)]  # which nobody constructs
     return _good(pick(rng, found))
 
 

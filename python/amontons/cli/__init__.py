@@ -14,6 +14,7 @@ from .common import NOT_CONVERGED, complain, out, show_log
 from .compare import compare
 from .doctor import doctor
 from .export import export
+from .fmu import fmu
 from .info import info
 from .plot import plot
 from .run import run
@@ -27,7 +28,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (run, view, scenes, export, plot, sweep):
+for command in (run, view, scenes, export, fmu, plot, sweep):
     app.command(rich_help_panel="Simulations")(command)
 for command in (solve, compare, info):
     app.command(rich_help_panel="Problem files")(command)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -112,10 +113,10 @@ def _checked(name: str, file: Path) -> Path:
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, x, height = text.lower().partition("x")
-    if not (x and width.isdecimal() and height.isdecimal()):
-        raise InputError(f"--size {text}: write WIDTHxHEIGHT in pixels, as in 960x540")
-    return int(width), int(height)
+    found = re.fullmatch("([0-9]{1,9})x([0-9]{1,9})", text.lower())
+    if found is None:
+        raise InputError(f"--size {text:.40}: write WIDTHxHEIGHT in pixels, as in 960x540")
+    return int(found[1]), int(found[2])
 
 
 def _times(text: str | None, last: float) -> list[float]:

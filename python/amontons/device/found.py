@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import weakref
 from typing import Any
@@ -49,10 +50,8 @@ def _listed(found: tuple[Device, ...] | list[Device]) -> str:
     return ", ".join(f"{d.name} ({d.hardware}, {d.kind})" for d in found) or "none"
 
 
-def chosen_device(name: object) -> Device:
+def chosen_device(name: str) -> Device:
     """The device of a name; InputError that says what is missing."""
-    if not isinstance(name, str):
-        raise InputError(f"device is {shown(name)}; it must be one of the names {NAMES}")
     if name == "gpu":
         usable = [d for d in devices() if d.kind == "gpu" and d.doubles]
         if not usable:
@@ -63,7 +62,7 @@ def chosen_device(name: object) -> Device:
             )
         return usable[0]
     kind, _, index = name.partition(":")
-    if kind not in BACKENDS or (index and not index.isdigit()):
+    if kind not in BACKENDS or not re.fullmatch("[0-9]{0,9}", index):
         raise InputError(f"unknown device {shown(name)}; names are {NAMES}")
     found = BACKENDS[kind].devices()
     if not found:
@@ -111,7 +110,9 @@ def source_on(backend: Backend, name: str, least_contacts: int) -> _core.Iterate
     return _core.IterateSource(name, make, True, least_contacts)
 
 
-def _source_of_device(device: str, least_contacts: int) -> _core.IterateSource | None:
+def _source_of_device(device: object, least_contacts: int) -> _core.IterateSource | None:
+    if not isinstance(device, str):
+        raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
     if device == "cpu":
         return None
     if device == "numpy":

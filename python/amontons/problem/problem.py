@@ -216,7 +216,7 @@ class Problem:
     def _iterates(self, method: str, device: str, iterate: Iterate | None) -> _core.IterateSource | None:
         """Where first-order methods take their iterates from; InputError where that cannot be."""
         if iterate is not None:
-            if device != "cpu":
+            if not isinstance(device, str) or device != "cpu":
                 raise InputError("device and iterate exclude each other; leave one of them out")
             return iterate_.source_of_iterate(iterate, method, self._scale is not None)
         source = iterate_.source_of_device(device, 0)

@@ -1,24 +1,31 @@
 """Where runs are carried out: processes of this machine, any executor with `submit`, or right here.
 
 Each has `capacity` (runs in flight), `own` (whether its processes are ours: on this machine, and a death
-concerns one run), `start(key, task)`, `wait(seconds)`, which gives what ended since, and `close()`, which
-lets go of what is still running.
+concerns one run), `start(key, task)`, `wait(seconds)`, which gives what ended since, `alive()`, the number of
+workers that live, None if nobody knows, and `close()`, which lets go of what is still running.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import queue
 import re
 import signal
 import threading
 import time
+from collections.abc import Mapping
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing.connection import wait as ready
 from typing import Any, NamedTuple, Protocol
 
 from ..errors import InputError
 from ..io import system
 from .task import Row, Task, overdue, perform
+
+logger = logging.getLogger(__name__)
 
 
 class Died(NamedTuple):
@@ -28,12 +35,18 @@ class Died(NamedTuple):
 
 
 Ended = list[tuple[str, "Row | Died"]]
+LOOK = 1.0
+"""between two counts of the workers (s)"""
+ANSWER = 5.0
+"""limit for the answer of a scheduler (s)"""
+AGAIN = 0.1
+"""from a result that could not be had to the next attempt (s)"""
 
 
 class Future(Protocol):
     """The result of `submit`, as that of concurrent.futures."""
 
-    def result(self) -> Any: ...
+    def result(self, timeout: float | None = ...) -> Any: ...
     def cancel(self) -> Any: ...
     def add_done_callback(self, function: Any, /) -> Any: ...
 
@@ -59,6 +72,9 @@ class Here:
         ended, self._ended = self._ended, []
         return ended
 
+    def alive(self) -> int | None:
+        return 1
+
     def close(self) -> None:
         pass
 
@@ -70,8 +86,9 @@ class Submitted:
 
     def __init__(self, executor: Any) -> None:
         self._executor = executor
+        self._dask = type(executor).__module__.startswith("distributed")
         # Dask takes two calls with equal arguments for one, unless they are said to be impure.
-        self._options = {"pure": False} if type(executor).__module__.startswith("distributed") else {}
+        self._options = {"pure": False} if self._dask else {}
         self._futures: dict[str, Future] = {}
         self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
 
@@ -79,10 +96,7 @@ class Submitted:
         try:
             future = self._executor.submit(perform, task, **self._options)
         except Exception as error:
-            raise InputError(
-                f"executor: {type(self._executor).__name__} takes no work ({error}); start a new one "
-                "and call again: a study with out= goes on where it was"
-            ) from error
+            raise _lost(f"{type(self._executor).__name__} takes no work ({error})") from error
         self._futures[key] = future  # Dask forgets what nobody holds
         future.add_done_callback(lambda _: self._done.put(key))
 
@@ -93,14 +107,38 @@ class Submitted:
             if future is None:
                 continue
             try:
-                ended.append((key, future.result()))
+                # Dask can lose the result of a run that is done with its worker, and waits for another one.
+                ended.append((key, future.result(timeout=ANSWER) if self._dask else future.result()))
+            except OSError as error:  # a timeout, or a connection that broke, is one
+                if self._dask:
+                    time.sleep(AGAIN)
+                    self._futures[key] = future
+                    self._done.put(key)
+                else:
+                    ended.append((key, _died(error)))
+            except CancelledError as error:  # by whoever ended the executor, or as its scheduler is gone
+                raise _lost(
+                    f"{type(self._executor).__name__} dropped its runs ({_died(error).reason})"
+                ) from error
             except Exception as error:  # the run itself raises nothing: the executor lost it
-                ended.append((key, Died(" ".join(f"{type(error).__name__}: {error}".split()))))
+                ended.append((key, _died(error)))
         return ended
+
+    def alive(self) -> int | None:
+        if self._dask:
+            client = getattr(self._executor, "_client", self._executor)  # of Client.get_executor()
+            try:
+                return len(client.sync(client.scheduler.ncores, callback_timeout=ANSWER))
+            except Exception:  # whatever a client raises whose scheduler is silent, or which is closed
+                return 0
+        processes = getattr(self._executor, "_processes", None)  # of loky and concurrent.futures
+        return _living(processes) if isinstance(processes, dict) else None
 
     def close(self) -> None:
         for future in self._futures.values():
-            future.cancel()
+            # A client whose scheduler is gone refuses to cancel what is lost anyway.
+            with suppress(Exception):
+                future.cancel()
 
 
 @dataclass
@@ -161,6 +199,9 @@ class Processes:
                 self._drop(slot)
         return ended
 
+    def alive(self) -> int | None:
+        return sum(_living(slot.pool._processes or {}) for slot in self._slots if slot.pool is not None)
+
     def _drop(self, slot: _Slot) -> None:
         slot.pool.shutdown(wait=False, kill_workers=True)
         slot.pool, slot.key = None, ""
@@ -170,6 +211,56 @@ class Processes:
             if slot.pool is not None:
                 slot.pool.shutdown(wait=True, kill_workers=True)
                 slot.pool = None
+
+
+def _died(error: BaseException) -> Died:
+    return Died(" ".join(f"{type(error).__name__}: {error}".split()))
+
+
+class Attendance:
+    """Counts the workers that live, and ends the wait for runs that nobody carries out."""
+
+    def __init__(self, workers: Here | Submitted | Processes, patience: float | None) -> None:
+        self._workers, self._patience = workers, patience
+        self.count: int | None = None
+        self._nobody = False
+        self._seen = self._looked = time.monotonic()
+
+    def look(self, came: bool) -> None:
+        """Counts, where it is time; came: a run has just ended."""
+        now = time.monotonic()
+        if came:
+            self._seen = now
+        if now - self._looked < LOOK:
+            return
+        before, self.count = self.count, self._workers.alive()
+        self._looked = time.monotonic()
+        if self.count != 0:
+            self._seen = self._looked
+        elif before != 0:
+            logger.warning("no worker is alive; the study waits for one")
+        self._nobody = self.count == before == 0
+
+    def require(self) -> None:
+        """InputError after `patience` seconds in which no run ended and no look found a worker."""
+        late = self._patience is not None and time.monotonic() - self._seen >= self._patience
+        if self._nobody and late:
+            raise _lost(f"no worker of the cluster is alive for {self._patience:g} s (patience)")
+
+
+def _lost(reason: str) -> InputError:
+    return InputError(
+        f"executor: {reason}; start a new one and call again: a study with out= goes on where it was"
+    )
+
+
+def _living(processes: Mapping[int, Any]) -> int:
+    """How many of them have not ended."""
+    sentinels = []
+    for process in list(processes.values()):
+        with suppress(ValueError):  # closed: it has ended
+            sentinels.append(process.sentinel)
+    return len(sentinels) - len(ready(sentinels, 0)) if sentinels else 0
 
 
 def _all_of(events: queue.SimpleQueue[Any], seconds: float) -> list[Any]:
@@ -213,4 +304,4 @@ def _cause(error: Exception) -> str:
     codes = re.search(r"exit codes of the workers are \{(.*?)\}", str(error))
     if codes:
         return f"the worker process ended with {codes.group(1)}"
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return _died(error).reason

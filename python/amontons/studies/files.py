@@ -16,7 +16,7 @@ from ..io.files import existing
 from .points import MOST_RUNS
 from .subjects import named_run
 
-KEYS = ("run", "out", "grid", "points", "fixed", "seeds", "processes", "retries", "timeout")
+KEYS = ("run", "out", "grid", "points", "fixed", "seeds", "processes", "retries", "timeout", "patience")
 RANGE = ("from", "to", "count", "scale")
 
 
@@ -28,7 +28,7 @@ class Study:
     grid: Any
     out: Path
     options: dict[str, Any] = field(default_factory=dict)
-    """executor, seeds, retries, timeout, those that the file has"""
+    """executor, seeds, retries, timeout, patience, those that the file has"""
 
 
 def read_study(path: Path, module: str | None = None) -> Study:
@@ -64,7 +64,7 @@ def _study(path: Path, told: Mapping[str, Any], module: str | None) -> Study:
         raise InputError(f"out = {told['out']!r}; write the name of a .parquet file")
     if ("grid" in told) == ("points" in told):
         raise InputError("give one of [grid], of which all combinations are run, and [[points]]")
-    options = {key: told[key] for key in ("seeds", "retries", "timeout") if key in told}
+    options = {key: told[key] for key in ("seeds", "retries", "timeout", "patience") if key in told}
     if "processes" in told:
         options["executor"] = integer("processes", told["processes"], 0)
     out = path.parent / told["out"] if "out" in told else path.with_suffix(".parquet")

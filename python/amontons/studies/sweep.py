@@ -20,7 +20,7 @@ from ..errors import FileError, InputError
 from ..guidance import guided
 from ..io.files import writable
 from ..simulation.rollout import usable_cores
-from .executors import Died, Executor, Here, Processes, Submitted
+from .executors import Attendance, Died, Executor, Here, Processes, Submitted
 from .points import Point, points
 from .rows import Rows, alone
 from .subjects import FileRun, Subject
@@ -42,6 +42,7 @@ def sweep(
     seeds: int | Sequence[int] | None = None,
     retries: int = 2,
     timeout: float | None = None,
+    patience: float | None = 60.0,
     redo: Collection[str] = (),
     progress: bool = True,
 ) -> pyarrow.Table:
@@ -61,15 +62,19 @@ def sweep(
     retries: how often a run is tried again whose worker died.
     timeout: wall clock of a run (s). It ends between two steps of a simulation; a process that does not come
         to one is killed.
+    patience: how long runs wait while no worker is alive (s); then InputError, and rows that are done stay.
+        None: without end. It acts where workers can be counted: processes of loky and concurrent.futures,
+        and workers of Dask.
     redo: statuses of rows to repeat: "failed", "timeout", "died".
-    progress: a bar on standard error, if that is a terminal.
+    progress: a bar on standard error, if that is a terminal; it tells how many workers are alive.
 
     Columns beside parameters and results: key, repetition and seed where there are some, status ("done",
     "failed", "timeout", "died"), error, traceback, attempts, wall (s), steps, missed (steps and solves that
     did not converge), worst_residual (natural, of all of them), started, host, and the versions of amontons,
     python and numpy.
 
-    Raises InputError and FileError before anything is run. Needs `pip install "amontons[studies]"`.
+    Raises InputError and FileError before anything is run, and InputError when the executor is lost.
+    Needs `pip install "amontons[studies]"`.
     """
     require_parts("pyarrow")
     if isinstance(run, str):
@@ -78,9 +83,8 @@ def sweep(
     path = _output(out)
     retries = integer("retries", retries, 0)
     timeout = None if timeout is None else positive_number("timeout", timeout)
-    for status in redo:
-        if status not in STATUSES:
-            raise InputError(f"redo: unknown status {status!r}; known are {', '.join(STATUSES)}")
+    patience = None if patience is None else positive_number("patience", patience)
+    _require_statuses(redo)
     todo = points(grid, seeds, seeded=seeded)
     workers = _workers(executor, run, len(todo))
     names = list(todo[0].parameters) if todo else []
@@ -91,14 +95,20 @@ def sweep(
         logger.info("study of %s: %d runs, %d of them done before", identity(run), len(todo), before)
         try:
             with _bar(len(todo), progress) as tell:
-                tell(before, 0)
-                _drive(left, run, workers, rows, retries, timeout, tell)
+                tell(before, 0, None)
+                _drive(left, run, workers, rows, retries, timeout, Attendance(workers, patience), tell)
         finally:
             try:
                 workers.close()
             finally:
                 rows.write(first=(p.key for p in todo))
         return rows.table(p.key for p in todo)
+
+
+def _require_statuses(redo: Collection[str]) -> None:
+    for status in redo:
+        if status not in STATUSES:
+            raise InputError(f"redo: unknown status {status!r}; known are {', '.join(STATUSES)}")
 
 
 def _drive(
@@ -108,7 +118,8 @@ def _drive(
     rows: Rows,
     retries: int,
     timeout: float | None,
-    tell: Callable[[int, int], None],
+    attendance: Attendance,
+    tell: Callable[[int, int, int | None], None],
 ) -> None:
     waiting, running, suspects = deque(left), dict[str, Point](), deque[Point]()
     attempts: Counter[str] = Counter()
@@ -120,7 +131,8 @@ def _drive(
             attempts[point.key] += 1
             running[point.key] = point
             workers.start(point.key, Task(run, point.arguments, timeout))
-        for key, outcome in workers.wait(0.1):
+        ended = workers.wait(0.1)
+        for key, outcome in ended:
             point = running.pop(key)
             if isinstance(outcome, Died):
                 logger.warning("%s died, attempt %d: %s", point.parameters, attempts[key], outcome.reason)
@@ -132,8 +144,11 @@ def _drive(
                 outcome = machine() | outcome
             row = rows.add(key, _row(point, outcome, attempts[key]))
             logger.info("%s: %s %s", point.parameters, row["status"], row.get("error", ""))
-            tell(1, row["status"] != "done")
+            tell(1, row["status"] != "done", attendance.count)
         rows.write_if_due()
+        attendance.look(came=bool(ended))
+        tell(0, 0, attendance.count)
+        attendance.require()
 
 
 def _row(point: Point, outcome: Row, attempts: int) -> Row:
@@ -228,8 +243,9 @@ def _workers(executor: Any, run: Callable[..., Any], runs: int) -> Here | Submit
 
 
 @contextmanager
-def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr where that is a terminal; the function adds runs, and how many of them failed.
+def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int, int | None], None]]:
+    """A bar on stderr where that is a terminal; the function adds runs, how many of them failed, and says how
+    many workers are alive.
 
     Rich draws it (`amontons[cli]`); without Rich there is none.
     """
@@ -244,7 +260,7 @@ def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int], None]]:
             TimeRemainingColumn,
         )
     except ImportError:
-        yield lambda runs, failed: None
+        yield lambda runs, failed, alive: None
         return
 
     console = Console(file=sys.stderr)
@@ -253,17 +269,19 @@ def _bar(total: int, wanted: bool) -> Iterator[Callable[[int, int], None]]:
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("{task.fields[failed]}"),
+        TextColumn("{task.fields[alive]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
     shown = wanted and console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task("runs", total=total, failed="")
+        task = bar.add_task("runs", total=total, failed="", alive="")
         count = 0
 
-        def tell(runs: int, failed: int) -> None:
+        def tell(runs: int, failed: int, alive: int | None) -> None:
             nonlocal count
             count += failed
-            bar.update(task, advance=runs, failed=f"{count} failed" if count else "")
+            workers = "" if alive is None else f"{alive} workers alive"
+            bar.update(task, advance=runs, failed=f"{count} failed" if count else "", alive=workers)
 
         yield tell

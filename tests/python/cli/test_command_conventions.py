@@ -37,6 +37,7 @@ def run(*arguments):
         ),
         (["run", "wall_at_rest", "--set", "columns=3", "--duration", "0.02", "--max-iterations", "1"], 1),
         (["export", "arch", "--step", "2", "-o", "problem.npz"], 0),
+        (["fmu", "arch", "--fmi", "2.0", "--outputs", "body.*", "-o", "arch.fmu"], 0),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else "",
 )

@@ -14,6 +14,7 @@ import pytest
 from amontons import cli, scenes
 from amontons.simulation.outcome import REPORTS
 from typer.testing import CliRunner
+from waiting import LONGEST, until
 
 
 def run(*arguments):
@@ -207,12 +208,10 @@ def test_interrupt(tmp_path):
     record = tmp_path / "a.h5"
     command = [sys.executable, "-m", "amontons", "run", "stack", "--duration", "1e5", "--record", record]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 30
-    while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
-        time.sleep(0.05)
+    assert until(lambda: list(tmp_path.iterdir()))
     time.sleep(0.5)  # a few steps
     process.send_signal(signal.SIGINT)
-    output, error = process.communicate(timeout=30)
+    output, error = process.communicate(timeout=LONGEST)
     assert process.returncode == 1, error
     assert "error: interrupted at t = " in error
     assert "Traceback" not in error

@@ -7,6 +7,7 @@ import sys
 import amontons
 import pytest
 from amontons import Limits
+from waiting import LONGEST
 
 pytest.importorskip("mujoco")
 
@@ -155,7 +156,9 @@ def test_pipes_and_devices(place, head):
     for suffix in ("obj", "png", "xml"):
         os.mkfifo(place / f"pipe.{suffix}")
     path = mjcf(place, head, BODY if "mesh" in head else "<geom size='1'/>")
-    told = subprocess.run([sys.executable, "-c", LOADS, path], capture_output=True, text=True, timeout=60)
+    told = subprocess.run(
+        [sys.executable, "-c", LOADS, path], capture_output=True, text=True, timeout=LONGEST
+    )
     assert told.returncode == 0, told.stderr
     assert "is no regular file" in told.stdout
 

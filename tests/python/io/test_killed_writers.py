@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from amontons import scenes
+from waiting import LONGEST
 
 BEGIN = (
     "import os, sys, time, amontons\nfrom amontons import scenes\n"
@@ -55,7 +56,7 @@ def test_killed(tmp_path, end):
         process.stdout.readline()
         time.sleep(pause)
         older = int(process.stdout.readline())
-        deadline = time.monotonic() + 60  # a second, where no other programs run
+        deadline = time.monotonic() + LONGEST  # a second, where no other programs run
         while (seen := last_step(tmp_path / "a.h5")) < older and time.monotonic() < deadline:
             time.sleep(0.05)
         process.send_signal(end)
@@ -105,7 +106,7 @@ def test_readable_while_it_is_written(tmp_path, monkeypatch):
         for expected in (3, 6):
             for _ in range(3):
                 recorder.add(sim.step())
-            deadline = time.monotonic() + 10
+            deadline = time.monotonic() + LONGEST
             seen = 0
             while seen < 1 + expected and time.monotonic() < deadline:
                 with amontons.read_recording(tmp_path / "a.h5") as recording:
@@ -118,7 +119,7 @@ def test_readable_while_it_is_written(tmp_path, monkeypatch):
 # Breaks when a recorder that nobody closes loses what it has, or keeps the process from ending.
 def test_forgotten_recorder(tmp_path):
     process = start("r = amontons.record('a.h5', sim)\nfor _ in range(3): r.add(sim.step())\n", tmp_path)
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=LONGEST) == 0
     with amontons.read_recording(tmp_path / "a.h5") as recording:
         assert len(recording) == 4
         assert not recording.complete
@@ -197,7 +198,7 @@ def test_full_disk_within_a_recording(tmp_path):
             "except amontons.FileError as error: print(error)\n"
         )
         process = start(program, tmp_path)
-        said, _ = process.communicate(timeout=100)
+        said, _ = process.communicate(timeout=LONGEST)
         assert process.returncode == 0
         assert said.startswith("a.h5: cannot be written any further (")
         assert os.listdir(tmp_path) == ["a.h5"]
@@ -242,7 +243,7 @@ def test_full_disk(tmp_path, way, size):
         )
     )
     process = start(program, tmp_path)
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=LONGEST)
     assert process.returncode == 0
     assert f"{name}: cannot be written (" in said or "a.npz: cannot be written (" in said
     assert os.listdir(tmp_path) == ([name] if old else [])

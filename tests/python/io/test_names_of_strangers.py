@@ -14,6 +14,7 @@ from amontons import ModelBuilder, Simulation, cli, shapes
 from amontons.viewer.events import literal
 from amontons.visible import visible
 from typer.testing import CliRunner
+from waiting import LONGEST
 
 ESCAPE = "\x1b[31m"
 AMONTONS = [sys.executable, "-m", "amontons"]
@@ -75,7 +76,7 @@ def test_names_of_files(tmp_path, root):
         ["run", "stack", "--duration", "0.01", "--record", os.fsdecode(b"r\xff\x1b.h5")],
         ["export", os.fsdecode(b"r\xff\x1b.h5"), "--csv", os.fsdecode(b"r\xff.csv")],
     ):
-        result = subprocess.run([*AMONTONS, *command], cwd=tmp_path, capture_output=True, timeout=120)
+        result = subprocess.run([*AMONTONS, *command], cwd=tmp_path, capture_output=True, timeout=LONGEST)
         said = result.stdout + result.stderr
         assert b"Traceback" not in said, said
         assert b"\x1b" not in said

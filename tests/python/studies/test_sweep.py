@@ -15,6 +15,7 @@ import amontons
 import numpy as np
 import pytest
 import studied
+from waiting import LONGEST, until
 
 pq = pytest.importorskip("pyarrow.parquet")
 pytest.importorskip("loky")
@@ -168,8 +169,7 @@ STUDY = """
 import signal
 import amontons, studied
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell runs in the background ignores it
-amontons.sweep(studied.marked, {{"folder": [{folder!r}], "k": range(12), "seconds": [0.25]}},
-               out={out!r}, executor=2)
+amontons.sweep(studied.held, {{"folder": [{folder!r}], "k": range(12)}}, out={out!r}, executor=2)
 """
 
 
@@ -187,17 +187,14 @@ def test_stopped_study_goes_on(tmp_path, number):
         time.sleep(0.02)
         assert process.poll() is None
     process.send_signal(number)
-    process.communicate(timeout=60)
+    process.communicate(timeout=LONGEST)
     assert process.returncode != 0
     before = {row["k"] for row in pq.read_table(out).to_pylist()}
     assert 4 <= len(before) < 12
-    deadline = time.monotonic() + 30
-    while _in_group(process.pid):  # the session that the study began: its workers are in it
-        assert time.monotonic() < deadline, "workers go on"
-        time.sleep(0.1)
-    table = amontons.sweep(
-        studied.marked, {"folder": [str(tmp_path)], "k": range(12), "seconds": [0.25]}, out=out, executor=0
-    )
+    # The session that the study began: its workers are in it.
+    assert until(lambda: not _in_group(process.pid)), "workers go on"
+    (tmp_path / "go").touch()
+    table = amontons.sweep(studied.held, {"folder": [str(tmp_path)], "k": range(12)}, out=out, executor=0)
     assert table["square"].to_pylist() == [k * k for k in range(12)]
     for k in before:
         assert (tmp_path / str(k)).read_text() == "called\n"

@@ -1,15 +1,18 @@
 """Studies on a local Dask cluster: the same rows, workers that die, a study that is killed."""
 
 import io
+import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import amontons
 import pytest
 import studied
+from waiting import LONGEST, until
 
 pq = pytest.importorskip("pyarrow.parquet")
 distributed = pytest.importorskip("distributed")
@@ -42,11 +45,28 @@ def test_same_rows(client):
     assert amontons.sweep(studied.slide, grid, executor=client, seeds=2).drop_columns(drop).equals(expected)
 
 
+def kill(client, folder, ended):
+    """Kills the processes whose numbers come into the folder. Dask starts a worker again only if its nanny
+    knew before that it runs."""
+    while not ended.wait(0.02):
+        for path in folder.glob("kill-*"):
+            states = client.run(lambda dask_worker: dask_worker.process.status.name, nanny=True)
+            if set(states.values()) == {"running"}:
+                os.kill(int(path.name.removeprefix("kill-")), signal.SIGKILL)
+                path.unlink()
+
+
 # Breaks when a worker of the cluster that is killed takes the study with it, or is tried for ever.
 def test_killed_worker(client, tmp_path):
-    table = amontons.sweep(
-        studied.dies_first, {"folder": [str(tmp_path)], "k": [0, 1, 2, 99, 3]}, executor=client, retries=2
-    )
+    grid = {"folder": [str(tmp_path)], "k": [0, 1, 2, 99, 3], "killed": [True]}
+    ended = threading.Event()
+    killer = threading.Thread(target=kill, args=(client, tmp_path, ended))
+    killer.start()
+    try:
+        table = amontons.sweep(studied.dies_first, grid, executor=client, retries=2)
+    finally:
+        ended.set()
+        killer.join()
     rows = {row["k"]: row for row in table.to_pylist()}
     assert [rows[k]["square"] for k in (0, 1, 2, 3)] == [0, 1, 4, 9]
     assert rows[99]["status"] == "died"
@@ -65,8 +85,7 @@ STUDY = """
 import amontons, studied
 from distributed import Client
 with Client({address!r}) as client:
-    amontons.sweep(studied.marked, {{"folder": [{folder!r}], "k": range(12), "seconds": [0.3]}},
-                   out={out!r}, executor=client)
+    amontons.sweep(studied.held, {{"folder": [{folder!r}], "k": range(12)}}, out={out!r}, executor=client)
 """
 
 
@@ -87,8 +106,112 @@ def test_killed_study_goes_on(client, tmp_path):
     process.wait()
     before = {row["k"] for row in rows_of(out).to_pylist()}
     assert 3 <= len(before) < 12
-    grid = {"folder": [str(tmp_path)], "k": range(12), "seconds": [0.3]}
-    table = amontons.sweep(studied.marked, grid, out=out, executor=client)
+    (tmp_path / "go").touch()
+    grid = {"folder": [str(tmp_path)], "k": range(12)}
+    table = amontons.sweep(studied.held, grid, out=out, executor=client)
     assert table["square"].to_pylist() == [k * k for k in range(12)]
     for k in before:
         assert (tmp_path / str(k)).read_text() == "called\n"
+
+
+RUNS = 12
+
+
+def grid_of(folder):
+    return {"folder": [str(folder)], "k": range(RUNS)}
+
+
+def when_held(out, act):
+    """Calls `act` in a thread once rows are on file and the first run that lasts has begun; the thread."""
+
+    def watch():
+        if until((out.parent / str(studied.HELD)).exists) and until(out.exists):
+            act()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    return thread
+
+
+def require_kept(out, executor):
+    """A study that lost its executor has some rows, all done; it goes on with another, and repeats none."""
+    before = rows_of(out).to_pylist()
+    assert 1 <= len(before) < RUNS
+    assert all(row["status"] == "done" for row in before)
+    (out.parent / "go").touch()
+    table = amontons.sweep(studied.held, grid_of(out.parent), out=out, executor=executor, patience=LONGEST)
+    assert table["square"].to_pylist() == [k * k for k in range(RUNS)]
+    assert all((out.parent / str(row["k"])).read_text() == "called\n" for row in before)
+
+
+# Breaks when a study waits for ever for workers that are gone, loses what was done, or cannot go on; or when
+# the bar does not say that none is alive.
+def test_workers_are_gone(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal for Rich
+    out = tmp_path / "s.parquet"
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+
+        def leave():
+            cluster.scale(0)
+            client.retire_workers()
+
+        leaving = when_held(out, leave)
+        with pytest.raises(amontons.InputError, match="no worker of the cluster is alive for 3 s"):
+            amontons.sweep(studied.held, grid_of(tmp_path), out=out, executor=client, patience=3)
+        leaving.join()
+        assert "0 workers alive" in capsys.readouterr().err
+        cluster.scale(1)
+        client.wait_for_workers(1)
+        client.run(sys.path.insert, 0, str(SUPPORT))
+        require_kept(out, client)
+
+
+# Breaks when a client whose scheduler is killed keeps the study waiting, or runs that it lost become rows.
+def test_scheduler_is_gone(tmp_path):
+    out = tmp_path / "s.parquet"
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", SCHEDULER],
+            cwd=SUPPORT,
+            stdout=subprocess.PIPE,
+            stdin=subprocess.PIPE,
+            text=True,
+        ) as process,
+        distributed.Client(process.stdout.readline().strip(), timeout=LONGEST) as client,
+    ):
+        when_held(out, process.kill)
+        with pytest.raises(amontons.InputError, match="executor: (Client|no worker).* call again"):
+            amontons.sweep(studied.held, grid_of(tmp_path), out=out, executor=client, retries=0, patience=3)
+    require_kept(out, 1)
+
+
+SCHEDULER = """
+import distributed, sys
+with distributed.LocalCluster(
+    n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://", dashboard_address=None
+) as cluster:
+    print(cluster.scheduler_address, flush=True)
+    sys.stdin.read()
+"""
+
+
+# Breaks when an executor of loky whose workers are killed keeps a study waiting, or it cannot go on.
+def test_workers_of_loky_are_gone(tmp_path):
+    loky = pytest.importorskip("loky")
+    out = tmp_path / "s.parquet"
+    pool = loky.ProcessPoolExecutor(max_workers=2)
+
+    def end():
+        for number in list(pool._processes):
+            os.kill(number, signal.SIGKILL)
+
+    when_held(out, end)
+    with pytest.raises(amontons.InputError, match="executor: ProcessPoolExecutor takes no work"):
+        amontons.sweep(studied.held, grid_of(tmp_path), out=out, executor=pool, patience=3)
+    pool.shutdown(kill_workers=True)
+    require_kept(out, 1)

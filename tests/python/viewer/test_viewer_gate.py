@@ -15,6 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 import amontons
 import pytest
 from amontons import Simulation, scenes
+from waiting import LONGEST, until
 
 viser = pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
 msgspec = pytest.importorskip("msgspec")
@@ -39,7 +40,7 @@ def token(viewer):
 
 def status(viewer, path, **headers):
     """Of a request with exactly these headers."""
-    connection = http.client.HTTPConnection("127.0.0.1", port(viewer), timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", port(viewer), timeout=LONGEST)
     connection.putrequest("GET", path, skip_host=True)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -61,18 +62,9 @@ def page(viewer, address=None, **options):
     address = address or f"ws://localhost:{port(viewer)}/{token(viewer)}"
     protocol = [f"viser-v{viser.__version__}"]
     with connect(address, subprotocols=protocol, max_size=None, proxy=None, **options) as opened:
-        opened.recv(timeout=10)
+        opened.recv(timeout=LONGEST)
         opened.send(CAMERA)
         yield opened
-
-
-def until(condition, seconds=10.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
 
 
 def control(viewer, label):
@@ -231,10 +223,15 @@ def free_port():
         return server.getsockname()[1]
 
 
-# Breaks when Ctrl-C does not end the viewer within a second (two here, on a machine that does other work)
+# Seconds from Ctrl-C to the end, which only a machine that does nothing else keeps.
+AT_ONCE = pytest.mark.parametrize("seconds", [LONGEST, pytest.param(2.0, marks=pytest.mark.slow_machine)])
+
+
+# Breaks when Ctrl-C does not end the viewer, or not at once,
 # because of a client that says nothing, does not close, or sends as fast as it can.
 @pytest.mark.alone
-def test_ctrl_c_ends_it_whatever_clients_do(tmp_path):
+@AT_ONCE
+def test_ctrl_c_ends_it_whatever_clients_do(tmp_path, seconds):
     command = [sys.executable, "-u", "-c", RUNS, str(free_port())]
     log = (tmp_path / "log.txt").open("w")
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
@@ -257,8 +254,8 @@ def test_ctrl_c_ends_it_whatever_clients_do(tmp_path):
         time.sleep(1.5)
         start = time.monotonic()
         process.send_signal(signal.SIGINT)
-        process.wait(timeout=20)
-        assert time.monotonic() - start < 2.0
+        process.wait(timeout=LONGEST)
+        assert time.monotonic() - start < seconds
         assert process.returncode == 0
         told = (tmp_path / "log.txt").read_text()
         assert "dropped a message" in told
@@ -292,10 +289,11 @@ while True:
 
 # Breaks when Ctrl-C waits for a step that lasts.
 @pytest.mark.alone
-def test_ctrl_c_does_not_wait_for_a_step():
+@AT_ONCE
+def test_ctrl_c_does_not_wait_for_a_step(seconds):
     program = (
         "import time, amontons.simulation.simulation as s\n"
-        "s.Simulation.step = lambda self: time.sleep(30)\n" + RUNS
+        "s.Simulation.step = lambda self: time.sleep(3600)\n" + RUNS
     )
     command = [sys.executable, "-u", "-c", program, str(free_port())]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -304,8 +302,8 @@ def test_ctrl_c_does_not_wait_for_a_step():
         time.sleep(0.5)
         start = time.monotonic()
         process.send_signal(signal.SIGINT)
-        process.wait(timeout=20)
-        assert time.monotonic() - start < 2.0
+        process.wait(timeout=LONGEST)
+        assert time.monotonic() - start < seconds
     finally:
         process.kill()
         process.communicate()

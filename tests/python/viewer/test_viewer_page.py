@@ -11,6 +11,7 @@ import browser as chrome
 import numpy as np
 import pytest
 from amontons import ModelBuilder, Simulation, shapes
+from waiting import until
 
 viser = pytest.importorskip("viser", reason="needs viser: pip install 'amontons[view]'")
 playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip install playwright")
@@ -66,7 +67,7 @@ def golden(page):
 
 def in_view(page):
     """Waits until the crate is drawn; the middle of it (column, row), in pixels of the page."""
-    assert chrome.wait_for(lambda: brick_seen(page).sum() > 5000)
+    assert until(lambda: brick_seen(page).sum() > 5000)
     rows, columns = np.nonzero(brick_seen(page))
     return float(np.median(columns)), float(np.median(rows)) + 150
 
@@ -91,9 +92,9 @@ def test_plays_and_pauses(opened):
     _, page, _ = opened(sim)
     in_view(page)
     page.get_by_role("button", name="Single step").click()
-    assert chrome.wait_for(lambda: sim.steps == 1)
+    assert until(lambda: sim.steps == 1)
     page.get_by_role("button", name="Play").click()
-    assert chrome.wait_for(lambda: sim.time > 0.2)
+    assert until(lambda: sim.time > 0.2)
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
     steps = sim.steps
@@ -101,18 +102,18 @@ def test_plays_and_pauses(opened):
     assert sim.steps == steps
     page.get_by_text(f"t = {sim.time:.3f} s · paused").wait_for()
     page.get_by_role("button", name="Reset").click()
-    assert chrome.wait_for(lambda: sim.steps == 0)
+    assert until(lambda: sim.steps == 0)
 
 
 # Breaks when the body under the pointer is not the one that is picked, told and coloured.
 def test_picks(opened):
     viewer, page, _ = opened(crate())
     page.mouse.click(*in_view(page))
-    assert chrome.wait_for(lambda: viewer.chosen == 0)
+    assert until(lambda: viewer.chosen == 0)
     assert page.title() == "amontons"
     page.get_by_text("crate", exact=True).wait_for()
     page.get_by_text("mass: 100 kg").wait_for()
-    assert chrome.wait_for(lambda: golden(page).sum() > 5000)
+    assert until(lambda: golden(page).sum() > 5000)
 
 
 # Breaks when dragging does not pull the body towards the pointer, or holds it after the button is let go:
@@ -126,12 +127,12 @@ def test_drags(opened):
     for k in range(1, 11):
         page.mouse.move(column, row - 22 * k)
         page.wait_for_timeout(50)
-    assert chrome.wait_for(lambda: viewer.run.spring.body == 0)
-    assert chrome.wait_for(lambda: sim.state.positions[0, 2] > 0.6)
+    assert until(lambda: viewer.run.spring.body == 0)
+    assert until(lambda: sim.state.positions[0, 2] > 0.6)
     page.mouse.up()
-    assert chrome.wait_for(lambda: viewer.run.spring.body is None)
+    assert until(lambda: viewer.run.spring.body is None)
     assert np.abs(sim.state.forces).max() < 1e-9
-    assert chrome.wait_for(lambda: sim.state.positions[0, 2] < 0.55)  # it falls again
+    assert until(lambda: sim.state.positions[0, 2] < 0.55)  # it falls again
 
 
 # Breaks when a switch draws nothing, or a choice of the solver does not hold from the next step on.
@@ -143,13 +144,11 @@ def test_switches_and_solver(opened):
     green = chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum()
     page.get_by_label("Forces").click(force=True)
     page.get_by_label("Contact points").click(force=True)
-    assert chrome.wait_for(
-        lambda: chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum() > green + 50
-    )
+    assert until(lambda: chrome.like(chrome.picture(page)[150:, :520], GREEN, 25).sum() > green + 50)
     chrome.unfold(page, "Solver", "Law")
     page.get_by_label("Law").click()
     page.get_by_role("option", name="associated").click()
-    assert chrome.wait_for(lambda: sim.options["law"] == "associated")
+    assert until(lambda: sim.options["law"] == "associated")
 
 
 def arm():
@@ -172,20 +171,20 @@ def test_sliders_move_joints(opened):
     _, page, _ = opened(sim)
     page.get_by_text("Joints").click()
     thumbs = page.get_by_role("slider")
-    assert chrome.wait_for(lambda: thumbs.count() == 5)  # of force arrows, two joints, a control, a motor
+    assert until(lambda: thumbs.count() == 5)  # of force arrows, two joints, a control, a motor
     _, joint, _, control, motor = thumbs.all()
     joint.press("Home")
-    assert chrome.wait_for(lambda: abs(sim.coordinate("motor") + 1) < 1e-9)  # put there, at rest
+    assert until(lambda: abs(sim.coordinate("motor") + 1) < 1e-9)  # put there, at rest
     control.press("End")  # each for itself: the page sends what comes within 50 ms of a change as one
-    assert chrome.wait_for(lambda: sim.controls[0] == 0.5)
+    assert until(lambda: sim.controls[0] == 0.5)
     motor.press("End")
-    assert chrome.wait_for(lambda: sim.controls[1] == 1)
+    assert until(lambda: sim.controls[1] == 1)
     page.get_by_role("button", name="Play").click()
-    assert chrome.wait_for(lambda: abs(sim.coordinate("motor") - 1) < 0.01)
-    assert chrome.wait_for(lambda: abs(sim.coordinate("driven") - 0.5) < 0.01)
-    assert chrome.wait_for(lambda: float(joint.get_attribute("aria-valuenow")) > 0.98)
+    assert until(lambda: abs(sim.coordinate("motor") - 1) < 0.01)
+    assert until(lambda: abs(sim.coordinate("driven") - 0.5) < 0.01)
+    assert until(lambda: float(joint.get_attribute("aria-valuenow")) > 0.98)
     page.get_by_role("button", name="Reset").click()
-    assert chrome.wait_for(lambda: abs(float(control.get_attribute("aria-valuenow"))) < 1e-3)
+    assert until(lambda: abs(float(control.get_attribute("aria-valuenow"))) < 1e-3)
 
 
 # Breaks when tolerance, method or step of the panel are not those of the next step.
@@ -201,10 +200,10 @@ def test_solver_panel_holds_at_once(opened):
     step = page.get_by_label("Step (ms)")
     step.fill("2")
     step.press("Enter")
-    assert chrome.wait_for(lambda: (sim.options["method"], sim.options["tolerance"]) == ("apgd", 1e-3))
-    assert chrome.wait_for(lambda: sim.dt == pytest.approx(2e-3))
+    assert until(lambda: (sim.options["method"], sim.options["tolerance"]) == ("apgd", 1e-3))
+    assert until(lambda: sim.dt == pytest.approx(2e-3))
     page.get_by_role("button", name="Single step").click()
-    assert chrome.wait_for(lambda: sim.steps == 1)
+    assert until(lambda: sim.steps == 1)
     assert sim.time == pytest.approx(2e-3)
 
 
@@ -220,15 +219,15 @@ def test_scrubs(opened, tmp_path):
         before = in_view(page)
         thumb = page.get_by_role("slider").first
         thumb.press("End")
-        assert chrome.wait_for(lambda: viewer.run.frame == len(recording) - 1)
+        assert until(lambda: viewer.run.frame == len(recording) - 1)
         thumb.press("Home")
         for _ in range(15):
             thumb.press("ArrowRight")
-        assert chrome.wait_for(lambda: viewer.run.frame == 15)
+        assert until(lambda: viewer.run.frame == 15)
         page.get_by_text(f"t = {recording.times[15]:.3f} s").wait_for()
-        assert chrome.wait_for(lambda: abs(in_view(page)[1] - before[1]) > 10)
+        assert until(lambda: abs(in_view(page)[1] - before[1]) > 10)
         page.get_by_role("button", name="Play").click()
-        assert chrome.wait_for(lambda: viewer.run.frame == len(recording) - 1)
+        assert until(lambda: viewer.run.frame == len(recording) - 1)
         page.get_by_role("button", name="Play").wait_for()
 
 
@@ -248,7 +247,7 @@ def test_replay_file(browser, tmp_path):
     try:
         clock = page.locator("input").first  # seconds of the play bar
         seen = set()
-        assert chrome.wait_for(lambda: seen.add(clock.input_value()) or len(seen) > 3)
+        assert until(lambda: seen.add(clock.input_value()) or len(seen) > 3)
         page.locator("button").first.click()  # a still page is drawn once
         assert brick_seen(page).sum() > 1000
         assert [a for a in asked if not a.startswith((url, "blob:", "data:"))] == []
@@ -278,7 +277,7 @@ def test_a_click_on_a_replay_tells_the_body(browser, tmp_path):
             page.wait_for_timeout(300)
             return told.is_visible()
 
-        assert chrome.wait_for(clicked)
+        assert until(clicked)
         text = told.inner_text()
         assert "crate" in text
         assert "100 kg" in text

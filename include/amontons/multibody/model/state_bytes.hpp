@@ -1,0 +1,16 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "amontons/multibody/model/state.hpp"
+
+namespace amontons {
+
+// All of a state as bytes, for the same build of the library on the same kind of processor.
+std::vector<std::byte> state_to_bytes(const State& state);
+// The state of such bytes. `state` must be one of the same model, whose arrays have the sizes of its arrays.
+// Throws InputError, with `state` unchanged, if the bytes are damaged or of another model or version.
+void state_from_bytes(std::span<const std::byte> bytes, State& state);
+
+}  // namespace amontons

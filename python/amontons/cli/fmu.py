@@ -1,0 +1,68 @@
+"""amontons fmu: a functional mock-up unit for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .common import AsJson, one_line_errors, print_json, say
+from .subject import (
+    Choices,
+    FloatingBase,
+    KeyframeName,
+    Law,
+    Method,
+    Name,
+    Parameters,
+    SelfOverlaps,
+    Step,
+    Strict,
+    Tolerance,
+    open_subject,
+)
+
+
+def fmu(
+    subject: Name,
+    output: Annotated[Path, typer.Option("--out", "--output", "-o", help="The .fmu file.")],
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="A variable to set, * for any letters; repeatable."),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="A variable to ask for, * for any letters; repeatable."),
+    ] = None,
+    fmi: Annotated[str, typer.Option(help="The version of the interface: 3.0 or 2.0.")] = "3.0",
+    wheels: Annotated[
+        list[Path] | None,
+        typer.Option("--wheel", help="A wheel for another system, to run the unit there; repeatable."),
+    ] = None,
+    dt: Step = None,
+    law: Law = None,
+    method: Method = None,
+    tolerance: Tolerance = None,
+    settings: Parameters = None,
+    strict: Strict = False,
+    floating_base: FloatingBase = None,
+    keyframe: KeyframeName = None,
+    self_overlaps: SelfOverlaps = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write a simulation as a functional mock-up unit for co-simulation, which runs without Python.
+
+    The exit code is 0, or 2 for input that could not be used.
+    """
+    from ..io import write_fmu
+
+    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance}
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    with one_line_errors():
+        chosen = open_subject(subject, choices, given)
+        write_fmu(chosen.simulation, output, inputs=inputs, outputs=outputs, fmi=fmi, wheels=wheels or ())
+    if as_json:
+        print_json({"files": [str(output)]})
+    else:
+        say(f"wrote {output}")
