@@ -124,7 +124,9 @@ void form_start(const Problem& problem, std::span<const double> x0, Solution& s)
   for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
 }
 
-// The islands at rest, in rest.rests; false if there is none.
+// The islands at rest, in rest.rests; false if there is none. The velocities at the start may be as large as
+// the error of a start within the tolerance: the impulses of this step take them out. Those after them may
+// not, unless all rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const Problem& problem,
                                  const std::vector<double>& x0, Solution& start, Rest& rest) {
   const Model& model = step.model;
