@@ -8,6 +8,7 @@
 
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/multibody/step/simulation.hpp"
+#include "amontons/problem/residual.hpp"
 #include "check.hpp"
 #include "multibody/step/impacts.hpp"
 #include "multibody/step/lookahead.hpp"
@@ -193,6 +194,29 @@ TEST(solve_balances_the_weight) {
   CHECK(s.solved.solution.status == Status::converged && s.sums.solves == 1);
   CHECK_NEAR(sum, 2 * g * h, 1e-9);
   CHECK_NEAR(norm(s.solved.after[0].linear), 0, 1e-9);
+}
+
+// A box that stands and one that slides are islands of their own. Breaks when one that moves keeps the other
+// in the problem, when what rests keeps a velocity, or when rows of the two are confused: the residual is
+// that of the whole problem.
+TEST(islands_at_rest_are_left_out) {
+  ModelDescription d = box_at(0);
+  add_body(d, 2, Box{{0.5, 0.5, 0.5}}, {3, 0, 0.5}, {}, {.friction = 0.5});
+  Stages s(d);
+  s.before_solve();
+  s.solve();
+  CHECK(!s.solved.rest.any);
+  move_on(s.step, s.posed, s.solved, s.observed, s.state);
+  s.state.linear_velocities[1].x = 1;
+  s.before_solve();
+  s.solve();
+  CHECK(s.solved.rest.any && s.solved.rest.part.problem.rows() == 12);
+  CHECK_NEAR(norm(s.solved.after[0].linear) + norm(s.solved.after[0].angular), 0, 0);
+  CHECK_NEAR(s.solved.after[1].linear.x, 1 - 0.5 * g * h, 1e-8);
+  const Solution& x = s.solved.solution;
+  const double measured = residual(*s.posed.problem, Law::coulomb, x.x);
+  CHECK(x.status == Status::converged && measured <= s.options.tolerance);
+  CHECK_NEAR(x.residual, measured, 1e-12);
 }
 
 // A ball strikes another, which reaches a wall behind it within the step. Nobody could foresee that contact:

@@ -19,6 +19,7 @@ struct ContactGraph {
   };
   std::vector<Link> links;           // per block, in order
   std::vector<Index> first_row;      // per block, followed by the total number of rows
+  std::vector<Link> ties;            // two bodies of one tree each: an impulse on one moves the other
   std::vector<unsigned char> moves;  // per body: whether it moves and a block acts on it
 
   std::size_t bodies() const { return moves.size(); }

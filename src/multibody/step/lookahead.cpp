@@ -1,48 +1,20 @@
 #include "multibody/step/lookahead.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "amontons/base/ablation.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
 
 namespace amontons {
 
-// Whether bodies that touch something move no faster than the error of a start within the tolerance, both
-// before the step and with the impulses of the last one. Then that start is accepted and the bodies are
-// stopped. Otherwise their velocities would stay in the state, later starts would add their errors, and the
-// scene would never rest. While anything moves, the balance of forces stays exact.
-static bool is_at_rest(const StepSetting& step, const Observed& o, const StepProblem& posed,
-                       BodyVelocities& v) {
-  if (off("at rest") || posed.x0.empty() || o.contacts.empty()) return false;
-  // The residual is a norm over all bodies: one of n equal bodies may have the whole error.
-  const Model& model = step.model;
-  const double slow = step.options.tolerance * std::sqrt(static_cast<double>(model.bodies())) * step.h *
-                      norm(model.description().gravity);
-  const auto is_slow = [&](const BodyVelocity& body) {
-    return norm(body.linear) <= slow && model.length() * norm(body.angular) <= slow;
-  };
-  if (!std::all_of(o.start.begin(), o.start.end(), is_slow)) return false;
-  v = o.free;
-  apply_impulses(*posed.problem, posed.x0, v);
-  return std::all_of(v.begin(), v.end(), is_slow);
-}
-
-// Driven bodies keep their velocities.
-static void stop(const Model& model, BodyVelocities& v) {
-  for (std::size_t i = 0; i < v.size(); ++i)
-    if (model.is_dynamic(static_cast<Index>(i))) v[i] = {};
-}
-
 void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
   const bool in_time = !solver.clock.over();
-  solver.at_rest = is_at_rest(step, o, posed, solved.after);
-  solved.solution = solve_step(solver, *posed.problem, posed.x0, std::move(solved.solution));
+  find_rest(step, o, *posed.problem, solver.again, posed.x0, solved.solution, solved.rest);
+  solved.solution =
+      solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
   solved.after = o.free;
   apply_impulses(*posed.problem, solved.solution.x, solved.after);
-  if (solver.at_rest && is_accepted_start(solved.solution)) stop(step.model, solved.after);
+  stop_resting(step.model, solved.rest, solved.after);
   solver.clock.lap(&Timings::solve);
   solver.clock.solved(in_time);
 }

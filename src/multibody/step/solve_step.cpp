@@ -63,11 +63,7 @@ Solution solve_with(const StepSolver& solver, const Problem& problem, const Opti
 
 // Projects the start and forms its u; returns its residual.
 double evaluate_start(const Problem& problem, const Options& options, Solution& s) {
-  s.x.resize(problem.rows());
-  s.u.resize(problem.rows());
-  project(problem.K, options.x0, s.x);
-  product(problem.A, s.x, s.u);
-  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
+  form_start(problem, options.x0, s);
   return residual(problem, law_of(problem, options), s.x, s.u);
 }
 
@@ -118,6 +114,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
   options.tolerance = tolerance;
   options.deadline = solver.clock.left();
   Solution other = solve_with(solver, problem, options, {});
+  solver.sums.add_cost(other);
   add_counts(s, other);
   s.time += other.time;
   take_better(s, std::move(other));
@@ -157,7 +154,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
   if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
     return solve_with(solver, problem, options, std::move(memory));
-  if (start <= (solver.at_rest || off("direct start") ? 1 : step::direct_start) * tolerance)
+  if (start <= (off("direct start") ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
   if (solver.is_auto() && solve_directly(problem, options, solver.elimination, memory)) {
     ++solver.sums.solves;
@@ -185,8 +182,6 @@ Options StepSolver::options() const {
   return options;
 }
 
-bool is_accepted_start(const Solution& solution) { return solution.method == warm_start_method; }
-
 double most_work(std::size_t blocks) {
   const auto n = static_cast<double>(blocks);
   return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
@@ -196,21 +191,53 @@ Budget share_of_step(double seconds) {
   return Budget(seconds, {}, Budget::Catches::no, step::share_of_solve * Budget::work_left());
 }
 
-// Solves from x0, with as much care as the budget allows.
-static Solution solve_in_time(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                              Solution memory) {
-  if (solver.clock.over(step::least_searches * solver.clock.search))
-    return solve_within_budget(solver, problem, x0);
-  const Budget share = share_of_step(solver.clock.left());
-  return solve_for_light_bodies(solver, problem, solve_from(solver, problem, x0, std::move(memory)));
-}
-
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  Solution s = solve_in_time(solver, problem, x0, std::move(memory));
+  if (solver.clock.over(step::least_searches * solver.clock.search)) {
+    const Solution s = solve_within_budget(solver, problem, x0);
+    solver.sums.add_cost(s);
+    return s;
+  }
+  const Budget share = share_of_step(solver.clock.left());
+  Solution s = solve_from(solver, problem, x0, std::move(memory));
   solver.sums.add_cost(s);
-  return s;
+  return solve_for_light_bodies(solver, problem, std::move(s));
+}
+
+// Squares of natural maps sum over islands, and so do those of zero impulses. The residual of the whole is
+// the quotient of both sums. It is at most the largest residual of an island, and that of the islands at rest
+// was measured with their start.
+//
+// Adds the rows at rest, of `s`, to the solution of the others. An error that these left may be within the
+// tolerance of the whole. `s` and `part` exchange their memory.
+static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solution& part) {
+  const double at_zero = natural_map_at_zero(rest.part.problem, solver.simulation.law);
+  const double residual = rest.residual({part.residual * at_zero, at_zero});
+  const double tolerance = solver.simulation.tolerance;
+  if (part.residual > tolerance && residual <= tolerance) part.status = Status::converged;
+  part.residual = residual;
+  for (std::size_t k = 0; k < part.x.size(); ++k) {
+    s.x[rest.part.rows[k]] = part.x[k];
+    s.u[rest.part.rows[k]] = part.u[k];
+  }
+  std::swap(s.x, part.x);
+  std::swap(s.u, part.u);
+  std::swap(s, part);
+}
+
+// No search for errors of light bodies among those at rest: each of their velocities is known to be slow.
+Solution solve_beside(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                      const Rest& rest, Solution start, Solution& part) {
+  if (!rest.any) return solve_step(solver, problem, x0, std::move(start));
+  if (rest.all()) {
+    start = accepted(problem, std::move(start), rest.residual({}));
+    solver.sums.add_cost(start);
+    return start;
+  }
+  part = solve_step(solver, rest.part.problem, rest.x0, std::move(part));
+  merge(solver, rest, start, part);
+  return start;
 }
 
 }  // namespace amontons

@@ -7,6 +7,7 @@
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/light_body_error.hpp"
+#include "multibody/step/rest.hpp"
 #include "multibody/step/step_sums.hpp"
 
 namespace amontons {
@@ -19,7 +20,6 @@ struct StepSolver {
   StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
   bool corrected = false;    // positions were corrected in this step
-  bool at_rest = false;      // bodies are slow before the step and with its start
   bool again = false;        // continues from another solve of the same step
 
   bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
@@ -34,12 +34,13 @@ double most_work(std::size_t blocks);
 // some. `seconds`: time limit.
 Budget share_of_step(double seconds);
 
-// Whether a solution is an accepted start.
-bool is_accepted_start(const Solution& solution);
-
 // Solves a VI of the step from x0, the impulses of the last step; empty: zero. `memory` is a solution whose
 // arrays are used again.
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory = {});
+// The same without the islands at rest, whose start is their solution: find_rest() made `start`, of which
+// `part` keeps the memory of the solution of the others.
+Solution solve_beside(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                      const Rest& rest, Solution start, Solution& part);
 
 }  // namespace amontons

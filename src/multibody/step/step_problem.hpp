@@ -6,6 +6,7 @@
 #include "amontons/solvers/driver/solution.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/energy.hpp"
+#include "multibody/step/rest.hpp"
 #include "multibody/step/second_order.hpp"
 
 namespace amontons {
@@ -28,6 +29,8 @@ struct Solved {
   EnergyBalance balance{};
   StepPath path = StepPath::accurate;
   EnergyScratch energy;
+  Rest rest;      // islands that the solve left out
+  Solution part;  // of the others
 };
 
 }  // namespace amontons

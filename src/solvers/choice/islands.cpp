@@ -41,42 +41,73 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
   return static_cast<std::size_t>(count);
 }
 
-// A group of islands as a problem of its own.
-struct Part {
-  Problem problem;
-  // Row of the whole problem for every row of the part: x_part[k] = x[rows[k]].
-  std::vector<std::size_t> rows;
-};
-
-// The problem of some blocks, with bodies numbered in the order of their appearance. The data were checked
-// with the whole problem, so make_problem is not called. P is that of the whole, and the pattern of rows and
-// bodies is that of its links. Blocks keep their order, contacts before joints, which is the order of the
-// rows of a ContactSystem. `body_number` is scratch, -1 before and after. It is sized once for all parts, so
-// that the cost of many islands is linear in the whole.
+// Blocks keep their order, contacts before joints, which is the order of the rows of a ContactSystem. The
+// data were checked with the whole problem, so make_problem is not called. P is that of the whole, and the
+// pattern of rows and bodies is that of its links.
 class Extraction {
  public:
-  Extraction(const Problem& whole, std::vector<Index>& body_number)
-      : whole_(whole), A_(std::get<ContactSystem>(whole.A)), number_(body_number) {}
+  Extraction(const Problem& whole, std::vector<Index>& body_number, IslandPart& part)
+      : whole_(whole), A_(std::get<ContactSystem>(whole.A)), number_(body_number), part_(part) {
+    number_.resize(A_.bodies.size(), -1);
+    part_.rows.clear();
+    part_.bodies.clear();
+    Problem& p = part_.problem;
+    if (!std::holds_alternative<ContactSystem>(p.A)) p.A = ContactSystem{};
+    p.b.clear();
+    p.K.clear();
+    p.P.clear();
+    sub_ = &std::get<ContactSystem>(p.A);
+    sub_->contacts.clear();
+    sub_->contact_compliance.clear();
+    sub_->jacobian.clear();
+    sub_->compliance.clear();
+    sub_->bodies.inverse_mass.clear();
+    sub_->bodies.inverse_inertia.clear();
+    sub_->bodies.centre.clear();
+    sub_->constrained = A_.constrained;
+  }
 
-  Part operator()(const std::vector<std::size_t>& members) {
+  void take(std::span<const std::size_t> members) {
     for (const SetRun& run : whole_.K.runs())
       visit_kind(run.kind, [&]<class S>() { take_run<S>(run, members); });
-    for (Index body : bodies_) {
-      sub_.bodies.inverse_mass.push_back(A_.bodies.inverse_mass[body]);
-      sub_.bodies.inverse_inertia.push_back(A_.bodies.inverse_inertia[body]);
-      if (!A_.bodies.centre.empty()) sub_.bodies.centre.push_back(A_.bodies.centre[body]);
+    if (A_.constrained) return keep_bodies();
+    for (Index body : part_.bodies) {
+      sub_->bodies.inverse_mass.push_back(A_.bodies.inverse_mass[body]);
+      sub_->bodies.inverse_inertia.push_back(A_.bodies.inverse_inertia[body]);
+      if (!A_.bodies.centre.empty()) sub_->bodies.centre.push_back(A_.bodies.centre[body]);
       number_[body] = -1;
     }
-    part_.problem.law = whole_.law;
-    part_.problem.graph = contact_graph(sub_, part_.problem.K);
-    part_.problem.A = std::move(sub_);
-    return std::move(part_);
+    finish();
   }
 
  private:
+  void finish() {
+    part_.problem.law = whole_.law;
+    make_contact_graph(*sub_, part_.problem.K, part_.problem.graph);
+  }
+
+  // The linkage of trees names bodies by their numbers, and the problem shares it. So bodies keep their
+  // numbers, and those without a row in the part get no impulse. Rows of D M^-1/2 depend on nothing but the
+  // row and its tree: they are copied and not made again.
+  void keep_bodies() {
+    sub_->bodies = A_.bodies;
+    HalfRows& half = sub_->half;
+    half.first.assign(1, 0);
+    half.coordinate.clear();
+    half.value.clear();
+    for (const std::size_t row : part_.rows) {
+      for (std::size_t i = A_.half.first[row]; i < A_.half.first[row + 1]; ++i) {
+        half.coordinate.push_back(A_.half.coordinate[i]);
+        half.value.push_back(A_.half.value[i]);
+      }
+      half.first.push_back(half.value.size());
+    }
+    finish();
+  }
+
   // The members, ascending, that lie in one run of sets of one kind.
   template <class S>
-  void take_run(const SetRun& run, const std::vector<std::size_t>& members) {
+  void take_run(const SetRun& run, std::span<const std::size_t> members) {
     const auto first = std::lower_bound(members.begin(), members.end(), run.block);
     const auto last = std::lower_bound(first, members.end(), run.block + run.count);
     for (auto block = first; block != last; ++block) {
@@ -98,8 +129,8 @@ class Extraction {
       Contact contact = A_.contacts[block];
       contact.body_a = local(link.a);
       contact.body_b = local(link.b);
-      sub_.contacts.push_back(contact);
-      sub_.contact_compliance.push_back(A_.contact_compliance[block]);
+      sub_->contacts.push_back(contact);
+      sub_->contact_compliance.push_back(A_.contact_compliance[block]);
       return;
     }
     const std::size_t first_stored = whole_.rows() - A_.jacobian.size();
@@ -107,17 +138,17 @@ class Extraction {
       JacobianRow jacobian = A_.jacobian[i];
       jacobian.body_a = local(link.a);
       jacobian.body_b = local(link.b);
-      sub_.jacobian.push_back(jacobian);
-      sub_.compliance.push_back(A_.compliance[i]);
+      sub_->jacobian.push_back(jacobian);
+      sub_->compliance.push_back(A_.compliance[i]);
     }
   }
 
   // The number of a body within the part; the index of the world stays.
   Index local(Index body) {
-    if (body < 0) return body;
+    if (body < 0 || A_.constrained) return body;
     if (number_[body] < 0) {
-      number_[body] = static_cast<Index>(bodies_.size());
-      bodies_.push_back(body);
+      number_[body] = static_cast<Index>(part_.bodies.size());
+      part_.bodies.push_back(body);
     }
     return number_[body];
   }
@@ -125,9 +156,8 @@ class Extraction {
   const Problem& whole_;
   const ContactSystem& A_;
   std::vector<Index>& number_;
-  std::vector<Index> bodies_;
-  ContactSystem sub_;
-  Part part_;
+  IslandPart& part_;
+  ContactSystem* sub_ = nullptr;
 };
 
 // Severity of a status for the whole problem, by the order of Status. A part without enough iterations might
@@ -142,7 +172,7 @@ int severity(Status status) {
 using Hardness = std::tuple<double, std::size_t>;
 
 // Adds the sums of a part; status and reason are those of the hardest part.
-void add_part(Solution& total, const Solution& s, const Part& part, double tolerance, Hardness& worst) {
+void add_part(Solution& total, const Solution& s, const IslandPart& part, double tolerance, Hardness& worst) {
   for (std::size_t k = 0; k < part.rows.size(); ++k) total.x[part.rows[k]] = s.x[k];
   add_counts(total, s);
   if (severity(s.status) > severity(total.status)) total.status = s.status;
@@ -155,6 +185,11 @@ void add_part(Solution& total, const Solution& s, const Part& part, double toler
 }
 
 }  // namespace
+
+void extract(const Problem& whole, std::span<const std::size_t> members, std::vector<Index>& body_number,
+             IslandPart& part) {
+  Extraction(whole, body_number, part).take(members);
+}
 
 Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
                           ToleranceOf tolerance) {
@@ -170,7 +205,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   const Time start = std::chrono::steady_clock::now();
   std::vector<std::vector<std::size_t>> members(count);
   for (std::size_t block = 0; block < island.size(); ++block) members[island[block]].push_back(block);
-  std::vector<Index> body_number(A->bodies.size(), -1);
+  std::vector<Index> body_number;
   Solution total;
   // Rows that an interrupt leaves unsolved keep zero impulses.
   total.x.assign(problem.rows(), 0.0);
@@ -187,7 +222,8 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
   std::stable_sort(members.begin(), members.end(),
                    [](const auto& a, const auto& b) { return a.size() < b.size(); });
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
-    const Part part = Extraction(problem, body_number)(members[i]);
+    IslandPart part;
+    extract(problem, members[i], body_number, part);
     Options o = options;
     if (!options.x0.empty()) {
       x0.clear();
