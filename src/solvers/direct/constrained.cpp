@@ -89,7 +89,10 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   measure(problem, law, at_zero);
   // All other sets, in their order: ContactSystem requires contacts first.
   SetProduct K;
-  ContactSystem rest{A->bodies, A->contacts, A->contact_compliance, {}, {}, {}};
+  ContactSystem rest;
+  rest.bodies = A->bodies;
+  rest.contacts = A->contacts;
+  rest.contact_compliance = A->contact_compliance;
   std::vector<double> q;
   const std::size_t contact_rows = A->contact_rows();
   row_.clear();

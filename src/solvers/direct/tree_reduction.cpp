@@ -136,8 +136,8 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
       const std::size_t row = b.row + k, column = row_.size();
       const bool contact = row < contact_rows;
       A_[(m + 1) * column] = contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
-      for (std::size_t i = A.half.first[row]; i < A.half.first[row + 1]; ++i)
-        set(static_cast<std::size_t>(A.half.coordinate[i]), column, A.half.value[i]);
+      for (std::size_t entry = A.half.first[row]; entry < A.half.first[row + 1]; ++entry)
+        set(static_cast<std::size_t>(A.half.coordinate[entry]), column, A.half.value[entry]);
       if (b.free)
         fill_free(A.bodies,
                   contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
