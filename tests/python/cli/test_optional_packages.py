@@ -55,7 +55,7 @@ def test_figures_say_what_to_install(tmp_path):
     done = without(
         """
 import amontons
-for module in ("figures", "run_summary", "paper.figures"):
+for module in ("figures", "run_summary"):
     try:
         __import__(f"amontons.report.{module}")
     except amontons.InputError as error:

@@ -201,3 +201,14 @@ def test_wrong_input_is_told(tmp_path, given, message):
     with pytest.raises(amontons.InputError, match=message):
         amontons.write_fmu(ball(), tmp_path / "unit.fmu", **given)
     assert not (tmp_path / "unit.fmu").exists()
+
+
+# Breaks when a sensor that a unit cannot read is dropped in silence, or one that it reads is named.
+def test_sensors_left_out_are_named(tmp_path):
+    path = tmp_path / "robot.xml"
+    sensor = '<sensor><accelerometer name="shake" site="foot0"/>'
+    leg = LEG.format(k=0, x=0, y=0)
+    path.write_text(ARM.format(legs=leg, motors=MOTOR.format(k=0)).replace("<sensor>", sensor))
+    simulation = Simulation(amontons.load_model(path))
+    with pytest.warns(amontons.UnsupportedWarning, match="the sensors shake; docs/fmu.md"):
+        amontons.write_fmu(simulation, tmp_path / "unit.fmu")

@@ -8,6 +8,7 @@ import json
 import platform
 import re
 import sys
+import warnings
 import zipfile
 from collections.abc import Iterable, Sequence
 from os import PathLike
@@ -16,12 +17,19 @@ from typing import Any
 
 from ... import _core
 from ...checks import chosen
-from ...errors import FileError, InputError
+from ...errors import FileError, InputError, UnsupportedWarning
 from ...simulation.simulation import Simulation
 from ..files import writable, write_whole
 from ..recordings.model_json import model_to_json
 from .description import description
-from .variables import Frames, Variable, chosen_variables, input_variables, output_variables
+from .variables import (
+    Frames,
+    Variable,
+    chosen_variables,
+    input_variables,
+    output_variables,
+    sensors_left_out,
+)
 
 VERSIONS = {"2.0": None, "3.0": None}
 LIBRARY = "amontons_fmu"
@@ -65,7 +73,8 @@ def write_fmu(
     makes the steps of `dt` that `run` makes, bit for bit; communication steps are multiples of `dt`.
 
     inputs, outputs: names of variables, or patterns with *: docs/fmu.md lists them. By default all controls;
-    all coordinates with their velocities, sensors as far as they can be read, and the counters.
+    all coordinates with their velocities, sensors, and the counters. An UnsupportedWarning names the sensors
+        of other kinds than those of docs/fmu.md.
     wheels: wheels of amontons for other systems, whose library the unit takes in beside that of this one.
 
     Raises InputError naming the variable or option, and FileError.
@@ -83,6 +92,12 @@ def write_fmu(
     usual = ("q.*", "qd.*", "sensor.*", "contacts*", "steps.*")
     variables += chosen_variables(list(output_variables(simulation.model, frames)), outputs, usual, "outputs")
     _require_unique(variables)
+    left_out = sensors_left_out(simulation.model) if outputs is None else []
+    if left_out:
+        told = (
+            f"{path.name}: a unit does not read the sensors {', '.join(left_out)}; docs/fmu.md has its kinds"
+        )
+        warnings.warn(told, UnsupportedWarning, stacklevel=2)
     identifier = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"unit_{identifier}"
     model, unit = model_to_json(simulation.model), json.dumps(_unit(simulation, variables, frames))

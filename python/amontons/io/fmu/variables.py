@@ -131,6 +131,12 @@ def _of_sensor(model: Model, sensor: Sensor, frames: Frames) -> Iterator[Variabl
             yield _output(f"sensor.{sensor.name}.{POSE[k]}", "frame", index, k, told)
 
 
+def sensors_left_out(model: Model) -> list[str]:
+    """Names of the sensors that a unit cannot read: it would need the parts of them that Python computes."""
+    frames = Frames()
+    return [sensor.name for sensor in model.sensors if not any(_of_sensor(model, sensor, frames))]
+
+
 def chosen_variables(
     known: Sequence[Variable], patterns: Iterable[str] | None, default: tuple[str, ...], what: str
 ) -> list[Variable]:
