@@ -26,8 +26,8 @@ from pathlib import Path
 from duplicates import without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = ("multibody/step", "solvers/direct", "solvers/central_path", "solvers/choice")
-LIMIT = 120
+ROOMS = ("multibody/step", "multibody/trees", "solvers/direct", "solvers/central_path", "solvers/choice")
+LIMIT = 124
 """of all rooms together; it only falls."""
 BASES = ("include/amontons", "src")
 POLICY = "policy.hpp"

@@ -108,9 +108,9 @@ def hamiltonian(simulation, probe, h):
     return 0.5 * qd @ np.array(probe.mass_matrix()) @ qd + G * (mass * height).sum()
 
 
-def test_an_arm_that_swings_on_a_standing_base_keeps_its_energy():
-    """Contacts of the base must not damp the joints: with rows of joints 40 % of m g l go in 4 s."""
-    b = ModelBuilder(trees="auto")
+def share_lost_on_a_standing_base(trees):
+    """Energy over m g l that two arms lose in 4 s at 5 ms as they swing on a base that stands on a floor."""
+    b = ModelBuilder(trees=trees)
     b.add_floor()
     b.add_body("base", shape=amontons.shapes.Box((0.5, 0.5, 0.1)), mass=20.0, position=(0, 0, 0.1))
     b.add_geom("base", amontons.shapes.Box((0.5, 0.5, 0.1)))
@@ -124,9 +124,15 @@ def test_an_arm_that_swings_on_a_standing_base_keeps_its_energy():
         report = simulation.step()
         assert report.status == "converged"
         energies.append(hamiltonian(simulation, probe, 5e-3))
-    assert np.abs(simulation.state.positions[0] - (0, 0, 0.1)).max() < 1e-9
+    assert trees == "none" or np.abs(simulation.state.positions[0] - (0, 0, 0.1)).max() < 1e-9
+    return (np.mean(energies[:100]) - np.mean(energies[-100:])) / (2 * 0.3 * G)
+
+
+def test_arms_that_swing_on_a_standing_base_keep_their_energy():
+    """Contacts of the base must not damp the joints. With rows they do: ARCHITECTURE.md states the share."""
     # The error of a step of second order swings with the motion and does not add up.
-    assert abs(np.mean(energies[-100:]) - np.mean(energies[:100])) < 1e-3 * 2 * 0.3 * G
+    assert abs(share_lost_on_a_standing_base("auto")) < 1e-3
+    assert 0.3 < share_lost_on_a_standing_base("none") < 0.37
 
 
 def machine(trees):
