@@ -1858,7 +1858,7 @@ class Tree:
 
     def generalised_forces(self, simulation: Simulation, forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], torques: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
+def run_worlds(trees: Sequence[Tree], worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
