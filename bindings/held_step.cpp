@@ -4,6 +4,7 @@
 
 namespace amontons::python {
 
+// Python makes the simulations: options are those of `given`, with the method that holds the faces.
 void bind_held_step(nb::module_& m) {
   nb::class_<HeldStep>(m, "HeldStep", "The last step of a simulation with its faces held.")
       .def(nb::init<const Simulation&>(), nb::arg("simulation"))

@@ -1863,6 +1863,29 @@ def run_worlds(trees: Sequence[Tree], worlds: Sequence[Simulation], controls: An
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
 
+class HeldStep:
+    """The last step of a simulation with its faces held."""
+
+    def __init__(self, simulation: Simulation) -> None: ...
+
+    def options(self, given: SimulationOptions) -> SimulationOptions:
+        """Options of simulations that make the step on these faces."""
+
+    @property
+    def margin(self) -> float: ...
+
+    @property
+    def determines_velocities(self) -> bool: ...
+
+    @property
+    def rows(self) -> int: ...
+
+    @property
+    def others(self) -> int: ...
+
+    @property
+    def residual(self) -> float: ...
+
 class Appearance(enum.Enum):
     moving = 0
 

@@ -1,8 +1,7 @@
-#include "amontons/solvers/second_order/held_faces.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/solvers/second_order/held_faces.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 #include "problems.hpp"

@@ -102,7 +102,7 @@ class Worlds:
         return outcome.reward, outcome.terminated | failed, info
 
     def _controls(self, actions: Array, before: Moment) -> Array:
-        """What the task makes of actions."""
+        """The controls that the task makes of actions, checked."""
         controls = np.asarray(self.task.act(actions, before), dtype=np.float64)
         shape = len(actions), len(self.task.model.control_names)
         if controls.shape != shape:

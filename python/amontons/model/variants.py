@@ -202,7 +202,7 @@ def combined(rule: str, a: Material, b: Material) -> Material:
 
 
 def same_structure(models: Iterable[Model]) -> str:
-    """What models that may advance together differ in, beside numbers; empty if nothing."""
+    """The difference that keeps models from advancing together; empty if they differ in numbers alone."""
     first, *others = [(m.nq, m.nv, m.q_names, m.control_names) for m in models]
     for k, other in enumerate(others, 1):
         for what, a, b in zip(("nq", "nv", "coordinates", "controls"), first, other, strict=True):

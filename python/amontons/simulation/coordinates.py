@@ -169,8 +169,8 @@ class GeneralisedCoordinates:
     def passive_forces(self) -> Array:
         """The forces along qd, (nv,), of springs, dampers and the drag of the fluid at present (N, N m).
 
-        Of joints and tendons. Positive where they speed up qd. Dry friction, armature and actuators are not
-        in them. Raises InputError naming a joint that closes a loop with springs on several degrees of
+        Those of joints and tendons, positive where they speed up qd, without dry friction, armature and
+        actuators. Raises InputError naming a joint that closes a loop with springs on several degrees of
         freedom.
         """
         return passive_forces_of(self._core, self._model)

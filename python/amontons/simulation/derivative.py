@@ -1,8 +1,8 @@
 """Derivatives of a time step on the faces of its solution: what is open, sticks or slides goes on to.
 
 The implicit function theorem gives the change of the impulses from the factors of the equations on the faces
-(solvers/second_order/held_faces.hpp). All else of a step, the way from states and parameters to its problem
-and from impulses to the state after it, is differentiated by central differences of that smooth map.
+(solvers/second_order/held_faces.hpp). All else is a smooth map: from states and parameters to the problem,
+and from impulses to the state after the step. It is differentiated by central differences.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Derivative:
     differentiable: bool
     """False: the step has no derivative here, and the numbers are those of the faces that it chose"""
     margin: float
-    """the least change of a velocity (m/s) of a contact, joint or drive that may bring it to another face:
-    open, stick, slide, at a limit; infinite if there is none"""
+    """the least change of a velocity (m/s) that may bring a contact, joint or drive to another face: open,
+    stick, slide, at a limit. Infinite if there is no border"""
     reason: str
     """why it is not differentiable; empty if it is"""
 

@@ -1,4 +1,4 @@
-"""Forces of some joints in the place of all: the others are passive, and closed loops carry the rest."""
+"""Forces of some joints that hold a pose. The others are passive, and closed loops carry the rest."""
 
 from __future__ import annotations
 

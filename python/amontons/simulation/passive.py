@@ -57,7 +57,7 @@ def _is_passive(joint: Joint) -> bool:
 
 
 def _add_loops(core: _core.Simulation, model: Model, in_tree: set[int], qd: Array, forces: Array) -> None:
-    """Of joints that close loops, one hinge or slide each."""
+    """Adds those of joints that close loops, one hinge or slide each."""
     values = model.tree.joint_coordinates(core)
     for j, joint in enumerate(model.joints):
         if j in in_tree or not _is_passive(joint):

@@ -453,7 +453,7 @@ class Simulation(Acting, Analysis):
         self._take(changed._core)
 
     def _take_model(self, model: Model) -> None:
-        """Start anew with a variant of the model; who holds this simulation, as a viewer, sees it go on."""
+        """Begin again with a variant of the model. A viewer that shows this simulation sees it go on."""
         fresh = Simulation(model, **self._options)
         self._model = model
         self._take(fresh._core)

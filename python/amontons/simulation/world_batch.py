@@ -131,7 +131,10 @@ class WorldBatch:
             qd: (rows, nv), or (nv,).
         """
         rows = self._rows(worlds)
-        at = [self._starts("q", q, self.model.nq, rows), self._starts("qd", qd, self.model.nv, rows)]
+        at = [
+            None if values is None else by_rows(what, values, len(rows), size)
+            for what, values, size in (("q", q, self.model.nq), ("qd", qd, self.model.nv))
+        ]
         for k, row in enumerate(rows.tolist()):
             own = [None if values is None else values[k] for values in at]
             try:
@@ -167,34 +170,13 @@ class WorldBatch:
         return rows.astype(np.intp)
 
     def _inputs(self, what: str, values: Any, size: int, rows: Any) -> Array | None:
-        """(rows, 1, size) of some worlds."""
+        """(rows, 1, size) of some worlds, from a row for every world."""
         if values is None:
             return None
-        given = reals(what, values)
-        if given.shape == (size,):
-            given = np.broadcast_to(given, (len(self), size))
-        if given.shape != (len(self), size):
-            raise InputError(
-                f"{what} has the shape {given.shape}; it must be (worlds, {what}) = ({len(self)}, {size}), "
-                f"or ({size},)"
-            )
-        chosen = given[rows]
+        chosen = by_rows(what, values, len(self), size)[rows]
         if not np.isfinite(chosen).all():
             raise InputError(f"{what} of world {rows[np.argwhere(~np.isfinite(chosen))[0, 0]]} is not finite")
         return np.ascontiguousarray(chosen)[:, None]
-
-    def _starts(self, what: str, values: Any, size: int, rows: Any) -> Array | None:
-        if values is None:
-            return None
-        given = reals(what, values)
-        if given.shape == (size,):
-            given = np.broadcast_to(given, (len(rows), size))
-        if given.shape != (len(rows), size):
-            raise InputError(
-                f"{what} has the shape {given.shape}; it must be ({len(rows)}, {size}), a row for each world "
-                f"that begins again, or ({size},)"
-            )
-        return given
 
     def _write(self, out: Array) -> None:
         shape = len(self), self.q.shape[1] + self.qd.shape[1]
@@ -206,3 +188,15 @@ class WorldBatch:
         stopped = sum(map(bool, self.failures))
         more = f", {stopped} stopped" if stopped else ""
         return f"amontons.WorldBatch({len(self)} worlds of {self.model!r}{more})"
+
+
+def by_rows(what: str, values: Any, rows: int, size: int) -> Array:
+    """(rows, size), of an array that may be one row for all."""
+    given = reals(what, values)
+    if given.shape == (size,):
+        given = np.broadcast_to(given, (rows, size))
+    if given.shape != (rows, size):
+        raise InputError(
+            f"{what} has the shape {given.shape}; it must be ({rows}, {size}), by worlds, or ({size},)"
+        )
+    return given

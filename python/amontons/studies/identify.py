@@ -50,7 +50,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Fit:
-    """What `identify` found."""
+    """Estimates of parameters, as `identify` returns them."""
 
     parameters: tuple[str, ...]
     """their names, as they were given"""
@@ -144,8 +144,6 @@ def identify(
     Derivatives are differences of whole pieces, so that contacts may begin and end in them. Warns
     (ModelWarning) of parameters without influence on the motion. Raises InputError naming the argument.
     """
-    from scipy.optimize import least_squares
-
     if not isinstance(model, Model):
         raise no_model("model", model)
     names = [parameters] if isinstance(parameters, str) else list(parameters)
@@ -163,34 +161,42 @@ def identify(
     slope = problem.jacobian(start)
     unseen = _unseen(names, slope, start, problem)
     free = np.array([name not in unseen for name in names])
-    values = start.copy()
-    if free.any():
-
-        def full(x: Array) -> Array:
-            whole = start.copy()
-            whole[free] = x
-            return whole
-
-        def solve(x: Array, loss: str, scale: float) -> Array:
-            return least_squares(
-                lambda x: problem.residuals(full(x)),
-                x,
-                jac=lambda x: problem.jacobian(full(x))[:, free],
-                bounds=(lower[free], upper[free]),
-                x_scale="jac",
-                loss=loss,
-                f_scale=scale,
-            ).x
-
-        inner = np.clip(start[free], lower[free], upper[free])
-        found = solve(inner, "linear", 1.0)
-        if flag("robust", robust):
-            left = np.abs(problem.residuals(full(found)))
-            spread = OUTLIER * 1.4826 * float(np.median(left))
-            if spread > 0:
-                found = solve(found, "soft_l1", spread)
-        values = full(found)
+    values = _estimate(problem, start, free, (lower, upper), flag("robust", robust))
     return _fit(model, names, values, start, free, problem, kept, unseen, threads)
+
+
+def _estimate(
+    problem: _Problem, start: Array, free: Array, bounds: tuple[Array, Array], robust: bool
+) -> Array:
+    """The parameters with the least residuals; those that are not free keep their values."""
+    from scipy.optimize import least_squares
+
+    if not free.any():
+        return start.copy()
+
+    def full(x: Array) -> Array:
+        whole = start.copy()
+        whole[free] = x
+        return whole
+
+    def solve(x: Array, loss: str, scale: float) -> Array:
+        return least_squares(
+            lambda x: problem.residuals(full(x)),
+            x,
+            jac=lambda x: problem.jacobian(full(x))[:, free],
+            bounds=(bounds[0][free], bounds[1][free]),
+            x_scale="jac",
+            loss=loss,
+            f_scale=scale,
+        ).x
+
+    found = solve(start[free], "linear", 1.0)
+    if robust:
+        # 1.4826 times the median is the standard deviation of normal residuals, whatever outliers there are.
+        spread = OUTLIER * 1.4826 * float(np.median(np.abs(problem.residuals(full(found)))))
+        if spread > 0:
+            found = solve(found, "soft_l1", spread)
+    return full(found)
 
 
 def _place(model: Model, name: str) -> tuple[str, Model, list[int]]:

@@ -1,5 +1,7 @@
-// The method of a held step is one of a user's own: the step around it stays as it is, so that positions,
-// second-order terms and what a step does beside its problem are differentiated with it.
+// The method of a held step replaces that of the solve, as a user's own method does. The step around it stays
+// as it is. So positions, second-order terms and all that a step does beside its problem are differentiated
+// with it. A problem that a step poses before its last one (an impact, a look ahead) has other rows. It is
+// solved as usual, and counted.
 #include "amontons/multibody/step/held_step.hpp"
 
 #include <algorithm>

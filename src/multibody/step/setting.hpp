@@ -22,6 +22,7 @@ struct StepSetting {
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
+  // A held step treats limits as every step treats contacts, whose small overlaps are closed.
   JointOptions joint_options() const {
     JointOptions all{h, recovery, model.length()};
     if (options.held) all.closing = step::closing * h * norm(model.description().gravity);

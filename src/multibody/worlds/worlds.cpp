@@ -67,7 +67,8 @@ class LeftWorlds {
 
 const Tree& tree_of(WorldTrees trees, std::size_t world) { return *trees[trees.size() == 1 ? 0 : world]; }
 
-// Rows of all worlds have the widths of the first tree.
+// Rows of all worlds have the widths of the first tree. Masses, friction or gains may differ: nothing else of
+// a world is in a row.
 void check_trees(WorldTrees trees, Worlds worlds) {
   AMONTONS_REQUIRE(trees.size() == 1 || trees.size() == worlds.size(),
                    "there must be one tree, or one per world");

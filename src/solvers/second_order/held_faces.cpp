@@ -72,6 +72,7 @@ double distance_to_border(const S& set, const double* t) {
 
 }  // namespace
 
+// A complete orthogonal decomposition: its solutions are the shortest ones, and exist for a singular M.
 struct HeldFaces::Factor {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> of;
 };
@@ -96,6 +97,7 @@ HeldFaces::HeldFaces(const Problem& problem, Law law, std::vector<double> x)
 }
 HeldFaces::~HeldFaces() = default;
 
+// In m/s: a change of the velocity of a row by dv moves its trial point by dv / p.
 void HeldFaces::find_margin(const Problem& problem) {
   margin_ = std::numeric_limits<double>::infinity();
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -103,6 +105,9 @@ void HeldFaces::find_margin(const Problem& problem) {
   });
 }
 
+// Products with unit vectors give A, whatever operator it is. B A is formed in its memory. The column j of a
+// block of M is e_j - Q (e_j - P^-1 B A e_j). The dense matrix is the limit of the size of a step: its
+// factors take the cube of its rows, once per derivative.
 void HeldFaces::form(const Problem& problem) {
   const auto n = static_cast<Place>(x_.size());
   Eigen::MatrixXd A(n, n), M(n, n);
@@ -136,7 +141,8 @@ void HeldFaces::form(const Problem& problem) {
   factor_->of.setThreshold(rank_threshold);
   factor_->of.compute(M);
   if (factor_->of.rank() == n) return;
-  // What M^+ M leaves of one direction without symmetry lies in the kernel, and has a part of all of it.
+  // A direction less M^+ M of it lies in the kernel. One without symmetry has a part along all of the kernel.
+  // One product then shows whether any impulse of the kernel moves a body.
   Eigen::VectorXd free(n);
   for (Place i = 0; i < n; ++i) free[i] = 1 + 0.5 * std::sin(static_cast<double>(7 * i + 1));
   free -= factor_->of.solve(M * free);
@@ -154,6 +160,9 @@ void HeldFaces::form(const Problem& problem) {
   determined_ = largest <= no_motion * scale + rounding * most * free.cwiseAbs().maxCoeff();
 }
 
+// Kinds and numbers of blocks must be the same. Points of a manifold may be found in another order. This
+// shows in the mass or in the velocity of a row. An order without such a difference needs no attention: rows
+// of one mass and velocity are alike.
 bool HeldFaces::is_like(const Problem& problem) const {
   if (problem.rows() != x_.size() || problem.K.blocks() != K_.blocks()) return false;
   if (problem.K.runs().size() != K_.runs().size()) return false;
@@ -169,6 +178,8 @@ bool HeldFaces::is_like(const Problem& problem) const {
   return true;
 }
 
+// The tangents are those at the trial point and the velocity of this solution. The sets are those of the
+// nearby problem. So a change of a friction coefficient, or of a bound, is in Pi(t0) and saxce(u0).
 void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std::vector<double>& u,
                          std::vector<double>& F) const {
   product(problem.A, x, u);
@@ -191,6 +202,8 @@ void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std:
   });
 }
 
+// Newton's method with the derivative of this solution. Only products with A of the nearby problem are
+// needed, so that a nearby step costs little more than to pose its problem.
 std::optional<HeldFaces::Nearby> HeldFaces::solve(const Problem& problem) const {
   if (!is_like(problem)) return std::nullopt;
   Nearby found{x_, 0};

@@ -236,9 +236,9 @@ def test_where_there_is_none():
     assert border.margin < 1e-4
 
 
-# Breaks when contacts of a stance open and close in its linear model, or are held elsewhere than they are: its
-# regulator then does not bring the robot back. Pushed by 25 N for 0.2 s it returns to rounding of the stance,
-# 1e-5; with contacts that are free it stays 4e-3 beside it.
+# Breaks when contacts of a stance open and close in its linear model, or are held elsewhere than they are:
+# its regulator then does not bring the robot back. Pushed by 25 N for 0.2 s it returns to rounding of the
+# stance, 1e-5; with contacts that are free it stays 4e-3 beside it.
 def test_regulator_of_a_standing_robot(root):
     model = replace(amontons.load_model(root / "examples" / "models" / "quadruped.xml"), trees="auto")
     sim = Simulation(model, dt=2e-3)

@@ -14,7 +14,8 @@ namespace amontons {
 // long as no face changes.
 //
 // Equation. With g = u + saxce(u) e_n and the trial point t = x - g / p of a block, a solution has
-// x = Pi(t). Held, Pi and saxce are their tangents at the trial point t0 and the velocity u0 of this solution:
+// x = Pi(t). Held, Pi and saxce are their tangents at the trial point t0 and the velocity u0 of this
+// solution:
 //
 //   x = Pi(t0) + Q (t - t0),   Q = Pi'(t0),
 //   g = u + (saxce(u0) + saxce'(u0) (u - u0)) e_n,   u = A x + b.
