@@ -13,7 +13,7 @@ from ..checks import Array, Numbers, chosen, flag, integer, option, positive, qu
 from ..errors import InputError, StepWarning
 from ..model.model import Model
 from . import inverse_kinematics as ik
-from .derivative import Derivative, Held, derivative_of
+from .derivative import Derivative, Held, derivative_of, limits_at_rest
 from .differences import CHANGE, INPUTS, held_change, placed
 from .events import ContactEvents, contact_events
 from .holding import held_by
@@ -204,5 +204,7 @@ class Analysis(Queries):
         unsound = "" if report.is_sound and report.path == "accurate" else f"the step ended by {report.path}"
         if report.substeps > 1:
             unsound = f"the step was made in {report.substeps} parts"
+        if resting := limits_at_rest(precise._core, self._model):
+            unsound = f"{', '.join(resting[:3])} rests at a limit, which is held to both sides"
         held = Held(precise._core, self._model, core_options(precise.options))
         return derivative_of(held, self.dt, inputs, parameters, threads, unsound)

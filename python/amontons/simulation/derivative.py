@@ -16,10 +16,12 @@ from numpy.typing import ArrayLike
 from .. import _core
 from ..checks import Array, shown, vector
 from ..errors import InputError
+from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
 from .differences import HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
+from .forces import effort_table
 
 OPEN_END = 1e-5
 """Relative: by which parameters change, and in their units those of zero."""
@@ -135,6 +137,19 @@ def derivative_of(
         held.step.margin,
         reason,
     )
+
+
+def limits_at_rest(core: _core.Simulation, model: Model) -> list[str]:
+    """The degrees of freedom that rested at a limit in the last step. A step opens it and never closes an
+    overlap, so that it has a derivative to one side alone."""
+    # A held step closes overlaps of up to a thousandth of the fall (step/policy.hpp, closing).
+    reach = 1e-6 + 2e-3 * float(np.linalg.norm(model.gravity)) * core.impulse_step**2 / model.length
+    found = []
+    for row, (name, dof) in zip(effort_table(core), degrees(model.joints), strict=True):
+        gap = min(row["coordinate"] - dof.lower, dof.upper - row["coordinate"])
+        if row["limit"] != 0 and dof.lower < dof.upper and abs(gap) <= reach:
+            found.append(name)
+    return found
 
 
 def _parameter_slope(held: Held, stepped: Stepped, name: str) -> Array:

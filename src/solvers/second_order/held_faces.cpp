@@ -21,7 +21,7 @@ using Place = Eigen::Index;
 // Pivots below this share of the largest are zero: M has no units.
 constexpr double rank_threshold = 1e-10;
 // Corrections of a nearby solution: the error after k of them is the change to the power k + 1.
-constexpr int corrections = 4;
+constexpr int corrections = 6;
 // A direction in which impulses are not determined moves no body if velocities along it are this small.
 constexpr double no_motion = 1e-7, rounding = 1e-10;
 // A nearby problem has alike rows: 1 / mass and velocities differ by less than this share.
@@ -36,6 +36,20 @@ void times_face(const Face<n>& face, const double* d, double* out) {
     for (int i = 0; i < n; ++i) along += face.vector[k][i] * d[i];
     for (int i = 0; i < n; ++i) out[i] += face.value[k] * along * face.vector[k][i];
   }
+}
+
+// Where a trial point is: in the set, at its apex, or projected on its border.
+enum class Region : unsigned char { inside, apex, border };
+template <class S>
+Region region_of(const S& set, const double* t) {
+  double foot[S::dim];
+  set.project(t, foot);
+  bool inside = true, apex = true;
+  for (int k = 0; k < S::dim; ++k) {
+    inside = inside && foot[k] == t[k];
+    apex = apex && foot[k] == 0;
+  }
+  return inside ? Region::inside : apex ? Region::apex : Region::border;
 }
 
 // Distances to the nearest border between faces, in the units of t.
@@ -178,14 +192,25 @@ bool HeldFaces::is_like(const Problem& problem) const {
   return true;
 }
 
-// The tangents are those at the trial point and the velocity of this solution. The sets are those of the
-// nearby problem. So a change of a friction coefficient, or of a bound, is in Pi(t0) and saxce(u0).
+// On the curved part of a set, where a contact slides, Pi and saxce are those of the nearby problem at x. The
+// first of several problems of a step may be some way off. Elsewhere, and past a border, they are the
+// tangents at the trial point and the velocity of this solution. The sets are those of the nearby problem. So
+// a change of a friction coefficient, or of a bound, is in Pi(t0) and saxce(u0).
 void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std::vector<double>& u,
                          std::vector<double>& F) const {
   product(problem.A, x, u);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim], d[S::dim], foot[S::dim], moved[S::dim];
+    if (S::frictional && region_of(set, &trial_[row]) == Region::border) {
+      add_saxce_term(set, law_, &u[row], g);
+      for (int k = 0; k < S::dim; ++k) d[k] = x[row + k] - g[k] / P_[block];
+      if (region_of(set, d) == Region::border) {
+        set.project(d, foot);
+        for (int k = 0; k < S::dim; ++k) F[row + k] = x[row + k] - foot[k];
+        return;
+      }
+    }
     for (int k = 0; k < S::dim; ++k) g[k] = u[row + k];
     if constexpr (S::frictional) {
       if (law_ == Law::coulomb) {
