@@ -1,8 +1,8 @@
 """README and addresses in the metadata of packages: a provider of [[tool.dynamic-metadata]] (pyproject.toml).
 
 An index of packages shows the README without the repository: relative links lead nowhere there. With
-AMONTONS_URL, the address of the repository (RELEASING.md), links and pictures become absolute, to files of the
-version, and the metadata gets the addresses of the project. Without it the README stays as it is.
+AMONTONS_URL, the address of the repository (RELEASING.md), links and pictures become absolute, to files of
+the version, and the metadata gets the addresses of the project. Without it the README stays as it is.
 """
 
 from __future__ import annotations
