@@ -16,7 +16,7 @@ from ..checks import Array
 from ..errors import SimulationError
 from ..model.model import Model
 from .processors import usable_cores
-from .tangent import angles, difference, integrate
+from .tangent import angles, differences, integrate
 
 CHANGE = 1e-6
 """rad, or Model.length: by which coordinates change. Errors are 1e-12 of the third derivative, and 1e-16 /
@@ -108,10 +108,12 @@ class Stepped:
             raise SimulationError(f"there is no linear model here, as a step fails: {why}")
         self.residual = max(self.residual, float(residuals.max(initial=0.0)))
         active = activated(self.model)
-        return [
-            np.concatenate([difference(self.model, self.q, q[k, 0]), qd[k, 0], copy.activations[active]])
-            for k, copy in enumerate(copies)
-        ]
+        start = np.broadcast_to(self.q, (len(copies), len(self.q)))
+        activations = np.array([copy.activations[active] for copy in copies]).reshape(
+            len(copies), len(active)
+        )
+        moved = differences(self.model, start, q[:, 0])
+        return list(np.concatenate([moved, qd[:, 0], activations], axis=1))
 
     def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
         """Both sides of each entry, from the state of `core`."""

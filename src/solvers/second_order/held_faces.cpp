@@ -38,7 +38,7 @@ void times_face(const Face<n>& face, const double* d, double* out) {
   }
 }
 
-// Where a trial point is: in the set, at its apex, or projected on its border.
+// What tells faces apart: where a trial point is, in the set, at its apex, or projected on its border.
 enum class Region : unsigned char { inside, apex, border };
 template <class S>
 Region region_of(const S& set, const double* t) {
@@ -91,6 +91,8 @@ struct HeldFaces::Factor {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> of;
 };
 
+// The scale of trial points stays that of this solution: P of a nearby problem differs and would move them,
+// although its solution does not depend on P.
 HeldFaces::HeldFaces(const Problem& problem, Law law, std::vector<double> x)
     : law_(law), K_(problem.K), x_(std::move(x)), P_(problem.P), b_(problem.b) {
   AMONTONS_REQUIRE(x_.size() == problem.rows(), "x must have one entry per row");
