@@ -38,7 +38,7 @@ void times_face(const Face<n>& face, const double* d, double* out) {
   }
 }
 
-// What tells faces apart: where a trial point is, in the set, at its apex, or projected on its border.
+// A trial point is in the set, at its apex, or projected on its border.
 enum class Region : unsigned char { inside, apex, border };
 template <class S>
 Region region_of(const S& set, const double* t) {
