@@ -20,7 +20,6 @@ from .geoms import Geoms, read_geoms
 from .issues import Issues
 from .joints import read_joints
 from .json_file import read_model_json
-from .json_file import write_model as write_model
 from .keyframes import read_keyframes
 from .motors import checked_motor, with_motors
 from .overlaps import without_overlaps
@@ -32,6 +31,8 @@ from .size import Budget
 from .tendons import read_tendons
 from .usd import read_usd
 from .visuals import read_visuals
+from .writing import Lost as Lost
+from .writing import write_model as write_model
 from .xml_lines import Faults, expand_includes, read_xml
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
