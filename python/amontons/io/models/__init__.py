@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from .actuators import read_actuators
 from .bodies import fluid_boxes, read_bodies
 from .compiled import Compiled, compile_file, import_mujoco, open_compiled
 from .contacts import read_contacts
+from .dents import with_parts
 from .equalities import read_equalities
 from .geoms import Geoms, read_geoms
 from .issues import Issues
@@ -60,6 +62,7 @@ def load_model(
     self_overlaps: bool = False,
     motors: Motor | None = None,
     loops: str | PathLike[str] | None = None,
+    decompose: bool | float = False,
     limits: Limits = DEFAULT,
 ) -> Model:
     """Read a model: MJCF (.xml, .mjb), URDF (.urdf, .xacro, or <robot> in .xml), SDF, USD, or a .json.
@@ -80,6 +83,10 @@ def load_model(
     loops: of URDF: the YAML file of its extended form (arXiv 2504.04767) with the pairs of frames that close
         loops; <loop> of URDF+ is read without it.
 
+    decompose: of meshes on bodies that move: their convex parts collide (`shapes.decompose`), with this error
+        (m), or with True 1 % of the diagonal of each mesh; a warning has the deviations. By default the
+        convex hull of a mesh collides, and a warning has the volume that it adds.
+
     limits: how large the model may be, with all that it includes and copies.
 
     docs/models.md tells what is read. MJCF and URDF need MuJoCo (pip install amontons[models]), USD usd-core
@@ -89,13 +96,20 @@ def load_model(
     if motors is not None:
         checked_motor(motors)
     if str(path).lower().endswith(".json"):
-        if strict or floating_base is not None or self_overlaps or motors is not None or loops is not None:
+        if (
+            strict
+            or floating_base is not None
+            or self_overlaps
+            or motors is not None
+            or loops is not None
+            or decompose
+        ):
             raise InputError(f"{path}: options are for MJCF and URDF; a .json holds the model that they made")
         return read_model_json(existing(path, "a model file"), limits)
     if (suffix := Path(path).suffix.lower()) in OWN_READERS:
         if floating_base is not None or self_overlaps or loops is not None:
             raise InputError(f"{path}: floating_base, self_overlaps and loops are for MJCF and URDF")
-        return _read_own(existing(path, "a model file"), suffix, strict, motors, limits)
+        return _read_own(existing(path, "a model file"), suffix, strict, motors, decompose, limits)
     compiled = compiled_model(path, floating_base, limits)
     if motors is not None and compiled.root.tag != "robot":
         raise InputError(
@@ -104,14 +118,20 @@ def load_model(
     if loops is not None and compiled.root.tag != "robot":
         raise InputError(f"{path}: loops is for URDF; MJCF has <equality>")
     beside = None if loops is None else existing(loops, "the YAML file of an extended URDF")
-    model = _model(compiled, strict=strict, self_overlaps=self_overlaps, loops=beside)
+    model = _model(compiled, strict=strict, self_overlaps=self_overlaps, loops=beside, decompose=decompose)
     return model if motors is None else with_motors(model, motors)
 
 
-def _read_own(path: Path, suffix: str, strict: bool, motors: Motor | None, limits: Limits) -> Model:
+def _read_own(
+    path: Path, suffix: str, strict: bool, motors: Motor | None, decompose: bool | float, limits: Limits
+) -> Model:
     issues = Issues(path)
     try:
         model = OWN_READERS[suffix](path, issues, limits)
+        if issues.dents:
+            before = set(issues.found)
+            model, _ = with_parts(model, issues, decompose)
+            model = replace(model, unread=(*model.unread, *(e for e in issues.unread() if e not in before)))
     finally:
         if not strict:
             issues.report(strict=False)
@@ -160,10 +180,17 @@ def _compiled_text(path: Path, floating_base: bool | None, limits: Limits, named
     return compile_file(path, root, issues, floating_base, limits)
 
 
-def _model(compiled: Compiled, *, strict: bool, self_overlaps: bool, loops: Path | None = None) -> Model:
+def _model(
+    compiled: Compiled, *, strict: bool, self_overlaps: bool, loops: Path | None, decompose: bool | float
+) -> Model:
     try:
         model, geoms = _read(compiled, loops)
-        model = without_overlaps(compiled, geoms, model, all_too=not self_overlaps)
+        sources = geoms.sources()
+        if compiled.issues.dents:
+            model, former = with_parts(model, compiled.issues, decompose)
+            sources = [sources[k] for k in former]
+            model = replace(model, unread=compiled.issues.unread())
+        model = without_overlaps(compiled, sources, model, all_too=not self_overlaps)
     except FileError:
         raise
     except InputError as error:
