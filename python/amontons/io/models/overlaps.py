@@ -54,7 +54,10 @@ def without_overlaps(compiled: Compiled, sources: list[int], model: Model, *, al
     if compiled.enabled("filterparent"):
         m = compiled.model
         for body in range(1, m.nbody):
-            # The link hangs on the world: its parent is welded to it.
+            # The link hangs on the world: its parent is welded to it. One that floats only starts there.
+            joint = int(m.body_jntadr[body])
+            if joint >= 0 and m.jnt_type[joint] == compiled.mujoco.mjtJoint.mjJNT_FREE:
+                continue
             if int(m.body_weldid[body]) == body and int(m.body_weldid[m.body_parentid[body]]) == 0:
                 excluded |= set(product(trees.links.get(body, []), trees.base(body)))
     model = _excluding(model, excluded)

@@ -25,6 +25,8 @@ from ...model.visuals import TriangleMesh, Visual
 
 _INFINITIES = {math.inf: "Infinity", -math.inf: "-Infinity"}
 _NUMBERS = {text: number for number, text in _INFINITIES.items()}
+VERSION = 1
+"""The version of files that are written; those without one are of the first."""
 PACKED = {"vertices": "<f4", "triangles": "<i4"}
 """The arrays of a mesh to look at, with their types in the file."""
 
@@ -42,7 +44,8 @@ def model_parts(model: Model) -> dict[str, Any]:
         if thing.shape is not None and id(thing.shape) not in shapes:
             shapes[id(thing.shape)] = len(listed)
             listed.append(thing.shape)
-    return {"shapes": [plain_shape(shape) for shape in listed], **plain_part(model, shapes)}
+    listing = [plain_shape(shape) for shape in listed]
+    return {"version": VERSION, "shapes": listing, **plain_part(model, shapes)}
 
 
 def plain_part(value: Any, shapes: Mapping[int, int]) -> Any:
@@ -65,6 +68,10 @@ def model_from_json(text: str) -> Model:
 
 def model_of_parts(d: dict[str, Any]) -> Model:
     """The model of `model_parts`, once infinities are numbers."""
+    if (version := d.pop("version", VERSION)) > VERSION:
+        raise ValueError(
+            f"version: it is {version}; this version of amontons reads {VERSION}: take a newer one"
+        )
     shapes: list[Any] = [_shape(parts) for parts in d.pop("shapes")]
     d["bodies"] = tuple(Body(**{**body, "pose": Transform(**body["pose"])}) for body in d["bodies"])
     d["geoms"] = tuple(
@@ -86,9 +93,7 @@ def model_of_parts(d: dict[str, Any]) -> Model:
     d["pair_materials"] = tuple(
         PairMaterial(**{**pair, "material": Material(**pair["material"])}) for pair in d["pair_materials"]
     )
-    d["keyframes"] = tuple(
-        Keyframe(**{key: _tuples(value) for key, value in frame.items()}) for frame in d["keyframes"]
-    )
+    d["keyframes"] = tuple(map(_keyframe, d.get("keyframes", ())))
     d["tendons"] = tuple(_tendon(tendon) for tendon in d.get("tendons", ()))
     # Before actuators were parts of a model, these were names of its motors, which it has still.
     actuators = d["actuators"] if isinstance(d["actuators"], list) else ()
@@ -151,6 +156,10 @@ def _unpacked(text: str, kind: str) -> np.ndarray[Any, Any]:
 
 def _tuples(value: Any) -> Any:
     return tuple(_tuples(part) for part in value) if isinstance(value, list) else value
+
+
+def _keyframe(parts: dict[str, Any]) -> Keyframe:
+    return Keyframe(**{key: _tuples(value) for key, value in parts.items()})
 
 
 def _looking(kind: type[Any], parts: dict[str, Any], shapes: list[Any]) -> Any:
