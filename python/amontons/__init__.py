@@ -30,6 +30,7 @@ from .errors import SimulationError as SimulationError
 from .errors import StepWarning as StepWarning
 from .errors import SymmetrisedWarning as SymmetrisedWarning
 from .errors import UnsupportedWarning as UnsupportedWarning
+from .io import Lost as Lost
 from .io import load_model as load_model
 from .io import read_problem as read_problem
 from .io import read_recording as read_recording

@@ -1439,6 +1439,9 @@ class Model:
     def from_json(file: str) -> Model:
         """The model of a JSON file; its errors name the place."""
 
+    def to_json(self, file: str) -> None:
+        """Writes a JSON file as C++ does."""
+
     @property
     def dofs(self) -> int: ...
 

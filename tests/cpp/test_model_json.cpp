@@ -43,6 +43,19 @@ TEST(model_from_json) {
   CHECK(model.body_index("ball") == 0);
 }
 
+// Fails if what is written is not what was read, an infinity is a number, or a later version is read.
+TEST(model_to_json) {
+  const ModelDescription d = read_model_json(good);
+  const std::string text = write_model_json(d);
+  CHECK(write_model_json(read_model_json(text)) == text);
+  CHECK(text.find("\"-Infinity\"") != std::string::npos &&
+        text.find("\"friction_across\":null") != std::string::npos);
+  CHECK(text.find("\"version\":1") != std::string::npos);
+  CHECK_THROWS(read_model_json(broken("\"shapes\"", "\"version\": 2, \"shapes\""), "m.json"),
+               "m.json: version: it is 2; this version of amontons reads 1");
+  CHECK_THROWS(write_model_file(d, "no/such/folder/m.json"), "cannot be written");
+}
+
 // Fails if a broken file is read, or the message does not say where it is broken.
 TEST(json_that_is_broken) {
   const auto read = [](const std::string& text) { read_model_json(text, "m.json"); };

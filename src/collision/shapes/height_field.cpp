@@ -39,4 +39,10 @@ HeightField make_height_field(std::span<const double> heights, std::size_t rows,
   return {std::move(grid)};
 }
 
+Heights heights_of(const HeightField& field) {
+  const HeightGrid& grid = *field.data;
+  return {grid.heights, static_cast<std::size_t>(grid.rows), static_cast<std::size_t>(grid.columns),
+          grid.size_x, grid.size_y};
+}
+
 }  // namespace amontons
