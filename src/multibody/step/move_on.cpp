@@ -5,6 +5,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/trees/rates.hpp"
 #include "multibody/trees/reactions.hpp"
 
 namespace amontons {

@@ -7,6 +7,9 @@
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/kinematics/joint_forces.hpp"
+#include "multibody/trees/masses.hpp"
+#include "multibody/trees/poses.hpp"
+#include "multibody/trees/rates.hpp"
 
 namespace amontons {
 
