@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fstream>
 
 #include "amontons.hpp"
@@ -54,6 +55,12 @@ TEST(model_to_json) {
   CHECK_THROWS(read_model_json(broken("\"shapes\"", "\"version\": 2, \"shapes\""), "m.json"),
                "m.json: version: it is 2; this version of amontons reads 1");
   CHECK_THROWS(write_model_file(d, "no/such/folder/m.json"), "cannot be written");
+  // A name that cannot be replaced stays, and nothing is left beside it.
+  const auto taken = std::filesystem::temp_directory_path() / "amontons_taken.json";
+  std::filesystem::create_directory(taken);
+  CHECK_THROWS(write_model_file(d, taken), "cannot be written");
+  CHECK(std::filesystem::is_directory(taken) && !std::filesystem::exists(taken.string() + ".part"));
+  std::filesystem::remove(taken);
 }
 
 // Fails if a broken file is read, or the message does not say where it is broken.

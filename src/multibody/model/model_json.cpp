@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "amontons/base/error.hpp"
 #include "amontons/multibody/model/fields.hpp"
@@ -365,12 +367,19 @@ ModelDescription read_model_file(const std::filesystem::path& file) {
 }
 
 void write_model_file(const ModelDescription& description, const std::filesystem::path& file) {
-  std::ofstream stream(file, std::ios::binary);
+  // The text first goes to a file beside it, so that a full disk or a name that cannot be replaced leaves
+  // what was there.
+  std::filesystem::path part = file;
+  part += ".part";
+  std::ofstream stream(part, std::ios::binary);
   stream << write_model_json(description);
   // A full disk shows only when the last bytes are written, so the stream is closed before it is asked.
   stream.close();
-  AMONTONS_REQUIRE(stream.good(),
-                   shown(file) + ": the file cannot be written; look at the folder and the disk");
+  std::error_code fault;
+  if (stream.good()) std::filesystem::rename(part, file, fault);
+  if (stream.good() && !fault) return;
+  std::filesystem::remove(part, fault);
+  throw InputError(shown(file) + ": the file cannot be written; look at the folder and the disk");
 }
 
 }  // namespace amontons

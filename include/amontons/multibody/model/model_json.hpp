@@ -24,8 +24,8 @@ ModelDescription read_model_file(const std::filesystem::path& file);
 // the text "Infinity". Hulls and meshes have the corners that their checks left: points inside faces are
 // gone, and equal ones are one.
 std::string write_model_json(const ModelDescription& description);
-// Replaces the file, or throws InputError if it cannot be written. A file that was there is lost even then,
-// because the stream opens it for writing: write to another name first, where that matters.
+// Replaces the file, or throws InputError if it cannot be written. A file that was there then stays as it
+// was: the text goes to a file beside it, which takes its name at the end.
 void write_model_file(const ModelDescription& description, const std::filesystem::path& file);
 
 }  // namespace amontons
