@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "amontons/base/budget.hpp"
+#include "amontons/base/interrupt.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -36,7 +36,7 @@ auto patiently(Work&& work) {
   decltype(work()) result;
   {
     nb::gil_scoped_release release;
-    const Budget budget(infinity, [] {
+    const Interrupt interrupt([] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/budget.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -126,8 +125,8 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
     const bool missed = solver.sums.status != Status::converged;
-    if (solver.clock.over(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
-    if (reflection > 0 && (Budget::exhausted() || missed)) break;
+    if (solver.budget->ends_within(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
+    if (reflection > 0 && (solver.budget->exhausted() || missed)) break;
     // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
       bodies.trees = tree_masses(step.model, step.forest, 0, o.trees);
