@@ -2,7 +2,7 @@
 
 The file of Siconos holds names of columns and the state at the start, no motion: so our own runs with
 longer steps stand beside the one with the shortest. The four-bar linkage with clearances in its bearings is
-not run: a bearing is the inner surface of a hole, which is none of the shapes.
+not run: its impacts have a restitution, and those of play in a joint have none.
 """
 
 from __future__ import annotations
@@ -95,4 +95,4 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
                 "rms_across_mm": 1e3 * float(np.sqrt(np.mean(apart[:, 2] ** 2))),
             }  # fmt: skip
     for path in sorted(folder.glob("four_bar*.ref")):
-        print(f"{path.stem}: not run, a bearing with clearance needs the inner surface of a hole")
+        print(f"{path.stem}: not run, impacts of play in a joint have no restitution")

@@ -1,5 +1,6 @@
 #include "multibody/step/move_on.hpp"
 
+#include <cmath>
 #include <span>
 
 #include "amontons/multibody/joints/actuators.hpp"
@@ -13,8 +14,13 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
              State& state) {
   const std::span<const double> x = solved.solution.x;
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
-  keep_for_warm_start(*posed.problem, x, o.frames, state.contacts);
+  // The residual r bounds the error of a velocity by r sqrt(n) g h for n bodies (rest.cpp).
+  const double bodies = std::sqrt(static_cast<double>(step.model.bodies()));
+  const double fall = step.h * norm(step.model.description().gravity);
+  const double least = step.options.tolerance * bodies * fall;
+  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
+  store_slips(posed.rows, *posed.problem, solved.solution, least, state);
   TreeStep& trees = o.trees;
   if (!step.forest.empty()) {
     read_rates(step.forest, trees, o.frames, solved.after, trees.after);
