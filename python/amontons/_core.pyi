@@ -559,6 +559,18 @@ class Material:
     @rolling_friction.setter
     def rolling_friction(self, arg: float, /) -> None: ...
 
+    @property
+    def friction_static(self) -> float: ...
+
+    @friction_static.setter
+    def friction_static(self, arg: float, /) -> None: ...
+
+    @property
+    def stribeck_speed(self) -> float: ...
+
+    @stribeck_speed.setter
+    def stribeck_speed(self, arg: float, /) -> None: ...
+
 class Body:
     def __init__(self) -> None: ...
 
@@ -801,6 +813,18 @@ class Dof:
     def friction(self, arg: float, /) -> None: ...
 
     @property
+    def friction_static(self) -> float: ...
+
+    @friction_static.setter
+    def friction_static(self, arg: float, /) -> None: ...
+
+    @property
+    def stribeck_speed(self) -> float: ...
+
+    @stribeck_speed.setter
+    def stribeck_speed(self, arg: float, /) -> None: ...
+
+    @property
     def armature(self) -> float: ...
 
     @armature.setter
@@ -935,6 +959,30 @@ class Joint:
     @closes_loop.setter
     def closes_loop(self, arg: bool, /) -> None: ...
 
+    @property
+    def play(self) -> float: ...
+
+    @play.setter
+    def play(self, arg: float, /) -> None: ...
+
+    @property
+    def play_length(self) -> float: ...
+
+    @play_length.setter
+    def play_length(self, arg: float, /) -> None: ...
+
+    @property
+    def journal_radius(self) -> float: ...
+
+    @journal_radius.setter
+    def journal_radius(self, arg: float, /) -> None: ...
+
+    @property
+    def play_friction(self) -> float: ...
+
+    @play_friction.setter
+    def play_friction(self, arg: float, /) -> None: ...
+
 class Coupling:
     def __init__(self) -> None: ...
 
@@ -991,6 +1039,12 @@ class Coupling:
 
     @tendon_b.setter
     def tendon_b(self, arg: int, /) -> None: ...
+
+    @property
+    def backlash(self) -> float: ...
+
+    @backlash.setter
+    def backlash(self, arg: float, /) -> None: ...
 
 class Fluid:
     def __init__(self) -> None: ...
@@ -1100,6 +1154,18 @@ class PathElement:
     @divisor.setter
     def divisor(self, arg: float, /) -> None: ...
 
+    @property
+    def friction(self) -> float: ...
+
+    @friction.setter
+    def friction(self, arg: float, /) -> None: ...
+
+    @property
+    def turns(self) -> float: ...
+
+    @turns.setter
+    def turns(self, arg: float, /) -> None: ...
+
 class Tendon:
     def __init__(self) -> None: ...
 
@@ -1168,6 +1234,12 @@ class Tendon:
 
     @armature.setter
     def armature(self, arg: float, /) -> None: ...
+
+    @property
+    def closed(self) -> bool: ...
+
+    @closed.setter
+    def closed(self, arg: bool, /) -> None: ...
 
 class Transmission:
     def __init__(self) -> None: ...
@@ -1438,6 +1510,9 @@ class Model:
     @staticmethod
     def from_json(file: str) -> Model:
         """The model of a JSON file; its errors name the place."""
+
+    def to_json(self, file: str) -> None:
+        """Writes a JSON file as C++ does."""
 
     @property
     def dofs(self) -> int: ...
@@ -1793,6 +1868,9 @@ class Simulation:
     def tendon_impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
     @property
+    def rub_impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+    @property
     def controls(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
@@ -1858,10 +1936,33 @@ class Tree:
 
     def generalised_forces(self, simulation: Simulation, forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], torques: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
+def run_worlds(trees: Sequence[Tree], worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
+
+class HeldStep:
+    """The last step of a simulation with its faces held."""
+
+    def __init__(self, simulation: Simulation) -> None: ...
+
+    def options(self, given: SimulationOptions) -> SimulationOptions:
+        """Options of simulations that make the step on these faces."""
+
+    @property
+    def margin(self) -> float: ...
+
+    @property
+    def determines_velocities(self) -> bool: ...
+
+    @property
+    def rows(self) -> int: ...
+
+    @property
+    def others(self) -> int: ...
+
+    @property
+    def residual(self) -> float: ...
 
 class Appearance(enum.Enum):
     moving = 0

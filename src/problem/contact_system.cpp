@@ -213,7 +213,8 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
 
 }  // namespace
 
-// Made with the problem, because P and the matrix of an island both need these rows.
+// Made with the problem, because P and the matrix of an island both need these rows. The three rows of a
+// contact go the same way to the root: they are made together.
 void ContactSystem::renew() {
   half.first.clear();
   half.coordinate.clear();
@@ -230,9 +231,21 @@ void ContactSystem::renew() {
     for (const Index k : support) half.value.push_back(y[k]);
     half.first.push_back(half.value.size());
   };
+  static thread_local std::vector<std::array<double, 3>> y_of_contact;
+  y_of_contact.resize(trees.coordinates());
   for (const Contact& c : contacts) {
     const ContactBasis basis(c);
-    for (int k = 0; k < c.rows; ++k) append(jacobian_row(c, basis, k));
+    if (c.rows != 3) {
+      for (int k = 0; k < c.rows; ++k) append(jacobian_row(c, basis, k));
+      continue;
+    }
+    trees.half_solve({jacobian_row(c, basis, 0), jacobian_row(c, basis, 1), jacobian_row(c, basis, 2)},
+                     y_of_contact.data(), support);
+    for (std::size_t k = 0; k < 3; ++k) {
+      half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
+      for (const Index i : support) half.value.push_back(y_of_contact[i][k]);
+      half.first.push_back(half.value.size());
+    }
   }
   for (const JacobianRow& row : jacobian) append(row);
 }

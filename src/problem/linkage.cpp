@@ -122,31 +122,58 @@ void Linkage::move(double* w) const {
   spread(along.data(), w);
 }
 
+namespace {
+
+// Entries of several rows at one coordinate.
+template <std::size_t n>
+using Entries = std::array<double, n>;
+
 // Upwards from both bodies. At a common ancestor the wrenches add. Those of a row between bodies of one tree
 // cancel there. L^-T still carries the entries below to the ancestors: forces between two links of a robot
 // move its base.
-void Linkage::half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const {
+//
+// Rows of one contact go the same way, and share every step on it and every entry of L.
+template <std::size_t n>
+void half_solve_rows(const Linkage& trees, const JacobianRow* row, Entries<n>* y,
+                     std::vector<Index>& support) {
   support.clear();
-  const Index ia = place_of(row.body_a), ib = place_of(row.body_b);
-  Index a = ia < 0 ? -1 : last[ia], b = ib < 0 ? -1 : last[ib];
-  Six on_a{}, on_b{};
-  if (a >= 0) on_a = at_reference(row.a, arm[ia]);
-  if (b >= 0) on_b = at_reference(row.b, arm[ib]);
+  const Index ia = trees.place_of(row->body_a), ib = trees.place_of(row->body_b);
+  Index a = ia < 0 ? -1 : trees.last[ia], b = ib < 0 ? -1 : trees.last[ib];
+  std::array<Six, n> on_a{}, on_b{};
+  for (std::size_t r = 0; r < n; ++r) {
+    if (a >= 0) on_a[r] = at_reference(row[r].a, trees.arm[ia]);
+    if (b >= 0) on_b[r] = at_reference(row[r].b, trees.arm[ib]);
+  }
   while (a >= 0 || b >= 0) {
     if (a == b) {
-      for (int c = 0; c < 6; ++c) on_a[c] += on_b[c];
+      for (std::size_t r = 0; r < n; ++r)
+        for (int c = 0; c < 6; ++c) on_a[r][c] += on_b[r][c];
       b = -1;
     }
+    const std::array<Six, n>& on = a > b ? on_a : on_b;
     Index& k = a > b ? a : b;
     support.push_back(k);
-    y[k] = power(column[k], a > b ? on_a.data() : on_b.data());
-    k = parent[k];
+    for (std::size_t r = 0; r < n; ++r) y[k][r] = power(trees.column[k], on[r].data());
+    k = trees.parent[k];
   }
   for (const Index k : support) {
-    const double* L = &rows[first[k]] + 1;
-    for (Index above = parent[k]; above >= 0; above = parent[above]) y[above] -= *L++ * y[k];
-    y[k] *= inverse_root[k];
+    const double* L = &trees.rows[trees.first[k]] + 1;
+    Entries<n>& own = y[k];
+    for (Index above = trees.parent[k]; above >= 0; above = trees.parent[above], ++L)
+      for (std::size_t r = 0; r < n; ++r) y[above][r] -= *L * own[r];
+    for (double& entry : own) entry *= trees.inverse_root[k];
   }
+}
+
+}  // namespace
+
+void Linkage::half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const {
+  half_solve_rows(*this, &row, reinterpret_cast<Entries<1>*>(y), support);
+}
+
+void Linkage::half_solve(const std::array<JacobianRow, 3>& three, std::array<double, 3>* y,
+                         std::vector<Index>& support) const {
+  half_solve_rows(*this, three.data(), y, support);
 }
 
 // row J M^-1 J' row' = |D^-1/2 L^-T (row J)'|^2.

@@ -5,7 +5,9 @@
 #include "amontons/multibody/kinematics/dynamics.hpp"
 #include "check.hpp"
 #include "joint_scene.hpp"
-#include "multibody/trees/tree_motion.hpp"
+#include "multibody/trees/masses.hpp"
+#include "multibody/trees/poses.hpp"
+#include "multibody/trees/rates.hpp"
 
 using namespace joint_scene;
 

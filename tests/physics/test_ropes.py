@@ -98,7 +98,7 @@ def tackle(load, pull, friction, speed=0.0):
     eye = lambda body, at: PathElement("point", body, Transform(at), friction=friction)  # noqa: E731
     path = [(None, (0, 0, 2)), eye("w0", (0, 0, 0)), eye(None, (0, 0, 2)), hook("w1")]
     builder.add_tendon("rope", path=path, limits=(None, 6.0))
-    sim = Simulation(builder.build(), dt=1e-3, tolerance=1e-13)
+    sim = Simulation(builder.build(), dt=1e-3, tolerance=1e-12)
     sim.qd = [speed, -2 * speed]
     return sim
 
@@ -174,12 +174,13 @@ def winch(**joint):
     weights(builder, (5.0, 0.1))
     builder.add_body("drum", mass=1, inertia=(0.02,) * 3, position=(0.2, 0, 1.5))
     builder.add_revolute_joint("drum", point=(0.2, 0, 1.5), axis=(0, 1, 0), name="drum", **joint)
+    # The side point is one of the world: one of the drum would turn away with it.
     turned = PathElement(
-        "cylinder", "drum", Transform((0, 0, 0), ALONG_Y), DRUM, (0, 0, 0.5), "drum", friction=0.4, turns=2
+        "cylinder", "drum", Transform((0, 0, 0), ALONG_Y), DRUM, (0.2, 0, 2), friction=0.4, turns=2
     )
     length = 3 + math.pi * DRUM * 5
     builder.add_tendon("rope", path=[hook("w0"), turned, hook("w1")], limits=(None, length))
-    return Simulation(builder.build(), dt=1e-3, tolerance=1e-8)
+    return Simulation(builder.build(), dt=1e-3, tolerance=1e-12)
 
 
 # A turning drum takes the rope along; the motor's power lifts both weights.
@@ -211,7 +212,7 @@ def test_all_methods_and_files_know_the_set(tmp_path):
     again = read_problem(tmp_path / "rope.npz")
     assert again.cones[1].mu == pytest.approx(math.tanh(0.1 * math.pi / 2), rel=1e-15)
     exact = problem.solve(tolerance=1e-13).x
-    for method in methods():
+    for method in set(methods()) - {"cg", "minres"}:  # which refuse inequalities
         for law in ("coulomb", "associated"):
             found = again.solve(method=method, law=law, tolerance=1e-9)
             assert found.status == "converged", (method, law)

@@ -57,6 +57,9 @@ struct Linkage {
   // The nonzeros of y = D^-1/2 L^-T (row J)' for a row of D: D M^-1 D' has the entries y_i'y_j. `support`
   // receives the coordinates with an entry, descending; other entries of y stay.
   void half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const;
+  // The same for three rows on the same bodies.
+  void half_solve(const std::array<JacobianRow, 3>& three, std::array<double, 3>* y,
+                  std::vector<Index>& support) const;
   // The part of trees in D M^-1 D' of a row, |y|^2, and the row without bodies of trees.
   double inverse_mass(const JacobianRow& row) const;
   JacobianRow without_trees(JacobianRow row) const {

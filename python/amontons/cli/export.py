@@ -65,20 +65,15 @@ def export(
     subject: Name,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--out", "--output", "-o", help="File to write: FCLIB .hdf5, or .npz, which holds any step."
-        ),
+        typer.Option("--out", "--output", "-o", help="File: FCLIB .hdf5, or .npz, which holds any step."),
     ] = None,
     step: Annotated[int | None, typer.Option(help="Number of the step to write; the first is 1.")] = None,
     at: Annotated[
-        float | None,
-        typer.Option("--time", help="Write the step that ends at this time (s); replaces --step."),
+        float | None, typer.Option("--time", help="Instead of --step: time at the end of the step (s).")
     ] = None,
     touch: Annotated[
         str | None,
-        typer.Option(
-            metavar="BODY", help="Write the first step with a contact force on this body; replaces --step."
-        ),
+        typer.Option(metavar="BODY", help="Instead of --step: first step with a contact force on it."),
     ] = None,
     every: Annotated[
         int | None, typer.Option(help="Also write each N-th step before that one, as NAME-000123.hdf5.")

@@ -107,9 +107,7 @@ def run(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
-    record: Annotated[
-        Path | None, typer.Option(help="File to record states, contacts and reports in (HDF5).")
-    ] = None,
+    record: Annotated[Path | None, typer.Option(help="File for states, contacts, reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Number of steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
     record_signals: RecordSignals = True,
@@ -117,9 +115,7 @@ def run(
     report: Annotated[
         Path | None, typer.Option(help="Folder for figures and a CSV file with a row per step.")
     ] = None,
-    snapshots: Annotated[
-        int, typer.Option(help="Number of pictures in the report, evenly spaced in time; 0: none.")
-    ] = 4,
+    snapshots: Annotated[int, typer.Option(help="Number of pictures in the report; 0: none.")] = 4,
     save: Annotated[
         Path | None,
         typer.Option(help="File to save the last state in (HDF5); `run` and `export` start from it."),

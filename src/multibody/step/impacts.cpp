@@ -12,6 +12,7 @@
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/trees/masses.hpp"
 #include "multibody/trees/reactions.hpp"
 
 namespace amontons {

@@ -8,6 +8,9 @@
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/kinematics/joint_forces.hpp"
+#include "multibody/trees/masses.hpp"
+#include "multibody/trees/poses.hpp"
+#include "multibody/trees/rates.hpp"
 
 namespace amontons {
 

@@ -8,7 +8,7 @@
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/setting.hpp"
-#include "multibody/trees/tree_motion.hpp"
+#include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
 

@@ -7,6 +7,7 @@
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
+#include "multibody/trees/rates.hpp"
 
 namespace amontons {
 

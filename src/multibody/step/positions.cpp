@@ -21,6 +21,7 @@
 #include "multibody/step/fixed_contacts.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/solve_step.hpp"
+#include "multibody/trees/rates.hpp"
 
 namespace amontons {
 

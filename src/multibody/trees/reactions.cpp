@@ -2,6 +2,8 @@
 // carries the change of momentum of all bodies beyond it less the other impulses on them.
 #include "multibody/trees/reactions.hpp"
 
+#include "multibody/trees/rates.hpp"
+
 namespace amontons {
 
 namespace {

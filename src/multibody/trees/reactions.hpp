@@ -1,6 +1,6 @@
 // Impulses of the locked directions of joints of trees.
 #pragma once
-#include "multibody/trees/tree_motion.hpp"
+#include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
 

@@ -26,11 +26,13 @@ void IslandSolver::start(const Reduction::Island& island) {
   for (std::vector<double>* v : {&x_, &u_, &dx_, &trial_, &trial_u_, &best_}) v->resize(m);
   p_.resize(island.K.blocks());
   double largest = 0;
-  for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, island.W[(m + 1) * i]);
+  diagonal_.resize(m);
+  for (std::size_t i = 0; i < m; ++i) diagonal_[i] = island.diagonal(i);
+  for (const double d : diagonal_) largest = std::max(largest, d);
   const double floor = largest > 0 ? direct::least_diagonal * largest : 1.0;
   for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
-    for (int k = 0; k < S::dim; ++k) mean += island.W[(m + 1) * (row + k)] / S::dim;
+    for (int k = 0; k < S::dim; ++k) mean += diagonal_[row + k] / S::dim;
     p_[block] = std::max(mean, floor);
   });
   result_ = {false, INFINITY, 0, 0};
@@ -38,12 +40,17 @@ void IslandSolver::start(const Reduction::Island& island) {
   most_work_ = direct::most_island_work + 2 * m * m * m;
 }
 
-// u = W x + q
+// u = W x + q. An island with more rows than coordinates has W in factors, and nothing else differs here.
 void IslandSolver::evaluate(const std::vector<double>& x, std::vector<double>& u) {
   u = island_->q;
   const std::size_t m = x.size();
+  if (!island_->thin.empty()) {
+    work_ += m * (2 * island_->thin.n + direct::multiplications_per_row);
+    island_->thin.add_product(x, u);
+    return;
+  }
   work_ += m * (m + direct::multiplications_per_row);
-  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m);
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m, m);
 }
 
 double IslandSolver::natural_map(const std::vector<double>& x, const std::vector<double>& u) const {
@@ -145,10 +152,8 @@ void IslandSolver::find_faces(const Faces& how) {
 bool IslandSolver::newton_step(double sigma) {
   ++result_.iterations;
   const bool solved = newton_.solve(*island_, law_, p_, sigma, x_, u_, dx_);
-  if (const std::size_t rows = newton_.rows(); rows > 0) {
-    ++result_.factorizations;
-    work_ += rows * rows * (rows + 9) / 3;
-  }
+  if (newton_.work() > 0) ++result_.factorizations;
+  work_ += newton_.work();
   if (!solved) return false;
   for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += dx_[i];
   project(island_->K, x_, x_);

@@ -59,7 +59,7 @@ class IslandSolver {
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   Limits limits_{};
-  std::vector<double> p_;  // mean of diag(W) per block
+  std::vector<double> p_, diagonal_;  // mean of diag(W) per block; diag(W)
   std::vector<double> x_, u_, dx_, trial_, trial_u_, best_;
   NewtonDirection newton_;
   IslandSystem system_;

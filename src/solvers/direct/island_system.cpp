@@ -11,7 +11,7 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
   units_.make(*K_, island.q, mobility);
   set_q(island.q);
   const std::size_t m = island.rows();
-  W_ = island.W;
+  island.thin.empty() ? void(W_ = island.W) : island.thin.fill(W_);
   stride_ = factor_stride(m);
   matrix_.assign(m * stride_, 0.0);
   columns_.resize(m * factor_columns);
@@ -34,7 +34,7 @@ void IslandSystem::set_q(std::span<const double> q) {
 
 void IslandSystem::product(std::span<const double> x, std::span<double> u) const {
   std::copy(q_.begin(), q_.end(), u.begin());
-  AMONTONS_DISPATCH(add_product, u.data(), x.data(), W_.data(), x.size());
+  AMONTONS_DISPATCH(add_product, u.data(), x.data(), W_.data(), x.size(), x.size());
 }
 
 // Immobile rows have R = 0 and T = 0, and z = 0.

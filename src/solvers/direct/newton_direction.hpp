@@ -13,13 +13,20 @@ namespace amontons {
 //
 // with a proximal term about x. Blocks at a bound have H = 0, dx = -F. Only the other, active blocks are
 // factored.
+//
+// A thin W is Y'Q Y + E. The equations of active blocks are then D dx = -F - H Y'z with z = Q Y dx. Here D is
+// block-diagonal, D = G + H (E + sigma p). So dx = r - S Y'z, r = -D^-1 F, S = D^-1 H, and
+//
+//   (1 + Q Y S Y') z = Q Y (r + the moves of blocks at bounds)
+//
+// is all that is factored: one row per coordinate, however many contacts there are.
 class NewtonDirection {
  public:
   // p: a mass per block. False if the matrix is singular.
   bool solve(const Reduction::Island& island, Law law, const std::vector<double>& p, double sigma,
              const std::vector<double>& x, const std::vector<double>& u, std::vector<double>& dx);
-  // Number of rows that the last solve factored.
-  std::size_t rows() const { return rhs_.size(); }
+  // Multiplications of the last solve.
+  std::size_t work() const { return work_; }
 
  private:
   struct Linear {
@@ -33,6 +40,9 @@ class NewtonDirection {
   void take_bounds(const Reduction::Island& island, std::vector<double>& dx);
   void fill(const Reduction::Island& island, double sigma);
   void add_active(const double* w, double h, double* J) const;
+  bool solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx);
+  bool reduce_block(const ThinMatrix& W, double sigma, const Linear& l);
+  void add_group(const ThinMatrix& W, std::size_t first, std::size_t rows);
 
   // Rows of active blocks that follow each other: [first, end).
   struct Run {
@@ -43,6 +53,10 @@ class NewtonDirection {
   std::vector<Run> runs_;
   std::vector<std::size_t> active_, pivots_;
   std::vector<double> J_, columns_, rhs_, du_;
+  // By rates: per active row its number in W and its r; the rows S Y; six rows of Y; z.
+  std::vector<std::size_t> rows_;
+  std::vector<double> r_, T_, six_, z_, S_;
+  std::size_t work_ = 0;
 };
 
 }  // namespace amontons

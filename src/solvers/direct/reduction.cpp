@@ -246,6 +246,13 @@ void Reduction::recover(std::span<double> x) {
 // vanish at x. The next solve finds the correction.
 void Reduction::Island::shift(std::span<const double> x, std::span<const double> u) {
   const std::size_t m = rows();
+  if (!thin.empty()) {
+    std::vector<double> own(m), product(m, 0.0);
+    for (std::size_t r = 0; r < m; ++r) own[r] = x[row[r]];
+    thin.add_product(own, product);
+    for (std::size_t r = 0; r < m; ++r) q[r] = u[row[r]] - product[r];
+    return;
+  }
   for (std::size_t r = 0; r < m; ++r) {
     double sum = 0;
     for (std::size_t c = 0; c < m; ++c) sum += W[m * r + c] * x[row[c]];

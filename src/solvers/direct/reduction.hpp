@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "solvers/direct/mechanism.hpp"
+#include "solvers/direct/thin_matrix.hpp"
 
 namespace amontons {
 
@@ -19,13 +20,15 @@ namespace amontons {
 // place of their body, so that the columns through a node form a range, and all loops run along rows of it.
 class Reduction {
  public:
-  // One island: its sets, W (row-major), q and P in one order, and for each of its rows the row of the
-  // problem.
+  // One island: its sets, W (row-major; or thin, then W is empty), q and P in one order, and for each of its
+  // rows the row of the problem.
   struct Island {
     SetProduct K;
     std::vector<double> W, q, P;
+    ThinMatrix thin;
     std::vector<std::size_t> row;
     std::size_t rows() const { return row.size(); }
+    double diagonal(std::size_t i) const { return thin.empty() ? W[(rows() + 1) * i] : thin.diagonal(i); }
     // Given x and the u of the problem at x, moves q so that W x + q = u there.
     void shift(std::span<const double> x, std::span<const double> u);
   };

@@ -100,6 +100,7 @@ void TreeReduction::factor(const Problem& problem) {
   if (islands_.size() < count_) islands_.resize(count_);
   held_.resize(count_);
   range_.assign(trees_->coordinates() + 6 * free_count_, Range{~std::size_t{0}, 0});
+  compact_.assign(range_.size(), -1);
   work_ = 0;
   for (std::size_t first = 0, i = 0; i < count_; ++i) {
     std::size_t last = first;
@@ -109,113 +110,252 @@ void TreeReduction::factor(const Problem& problem) {
   }
 }
 
-// Sets, P and A of an island. Contacts form their rows here, as in Reduction; joints have stored ones. The
-// part of trees in a row of Y was made with the problem (ContactSystem::renew), because P needs it, too.
+// Whether m rows over n coordinates take fewer multiplications in factors, which is so from m = 1.6 n.
+//
+// By rows there are W and the factors of Newton's matrix of m rows. By rates there are a matrix of n rows, to
+// which each row of the problem adds n^2 products, and its factors. W is made once, the rest in each Newton
+// step, of which most solves take two.
+static bool is_thin(std::size_t m, std::size_t n) {
+  const std::size_t by_rates = 2 * (m * n * n + n * n * n / 3);     // not tuned: counted
+  const std::size_t by_rows = m * m * n / 2 + 2 * (m * m * m / 3);  // not tuned: counted
+  return n > 0 && by_rates < by_rows;
+}
+
+// Sets, P and rows of an island, then W in the form that takes fewer multiplications.
 void TreeReduction::fill_island(const Problem& problem, std::size_t number, std::size_t first,
                                 std::size_t last) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   Reduction::Island& island = islands_[number];
+  Held& held = held_[number];
   island.K.clear();
   island.P.clear();
+  island.row.clear();
+  island.q.clear();
+  held.row.clear();
   row_.clear();
-  std::size_t m = 0;
-  for (std::size_t i = first; i < last; ++i) m += blocks_[i].dim;
-  A_.assign(m * m, 0.0);
-  stride_ = (m + lanes - 1) / lanes * lanes;
-  Y_.assign(range_.size() * stride_ + group * stride_ + lanes, 0.0);
-  used_.clear();
   for (std::size_t i = first; i < last; ++i) {
     const Block& b = blocks_[i];
-    const bool held = b.kind == kind_of<Bilateral>;
-    if (!held) {
+    const bool bilateral = b.kind == kind_of<Bilateral>;
+    if (!bilateral) {
       visit_kind(b.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[b.set]); });
       island.P.push_back(problem.P[b.block]);
     }
     for (std::size_t k = 0; k < b.dim; ++k) {
-      const std::size_t row = b.row + k, column = row_.size();
-      const bool contact = row < contact_rows;
-      A_[(m + 1) * column] = contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows];
-      for (std::size_t entry = A.half.first[row]; entry < A.half.first[row + 1]; ++entry)
-        set(static_cast<std::size_t>(A.half.coordinate[entry]), column, A.half.value[entry]);
-      if (b.free)
-        fill_free(A.bodies,
-                  contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
-                                         static_cast<int>(k))
-                          : A.jacobian[row - contact_rows],
-                  column);
-      const auto at = static_cast<std::ptrdiff_t>(row);
-      row_.push_back(held ? -1 - at : at);
+      std::vector<std::size_t>& rows = bilateral ? held.row : island.row;
+      const auto place = static_cast<std::ptrdiff_t>(rows.size());
+      row_.push_back(bilateral ? -1 - place : place);
+      rows.push_back(b.row + k);
     }
   }
+  for (const std::size_t row : island.row) island.q.push_back(problem.b[row]);
+  find_used(problem, first, last);
+  if (is_thin(island.row.size(), used_.size()))
+    fill_thin(problem, held, island, first, last);
+  else
+    fill_dense(problem, held, island, first, last);
+  for (const std::size_t k : used_) compact_[k] = -1;
+}
+
+// The coordinates that rows of the island reach, ascending, and their places among them. Where a coordinate
+// is known, all on its way to the root are.
+void TreeReduction::find_used(const Problem& problem, std::size_t first, std::size_t last) {
+  used_.clear();
+  const auto use = [&](std::size_t k) {
+    if (compact_[k] >= 0) return false;
+    compact_[k] = 0;
+    used_.push_back(k);
+    return true;
+  };
+  for (std::size_t i = first; i < last; ++i) {
+    const ContactGraph::Link& link = problem.graph.links[blocks_[i].block];
+    for (const Index body : {link.a, link.b}) {
+      if (body < 0) continue;
+      if (const Index place = trees_->place_of(body); place >= 0)
+        for (Index k = trees_->last[place]; k >= 0 && use(static_cast<std::size_t>(k));)
+          k = trees_->parent[k];
+      else if (free_number_[body] >= 0)
+        for (std::size_t k = 0; k < 6; ++k) use(first_of_free(body) + k);
+    }
+  }
+  std::sort(used_.begin(), used_.end());
+  for (std::size_t i = 0; i < used_.size(); ++i) compact_[used_[i]] = static_cast<Index>(i);
+}
+
+// Calls put(coordinate, value) for the nonzeros of each row of D M^-1/2, after begin(column, E). Contacts
+// form their rows here, as in Reduction; joints have stored ones. The part of trees was made with the problem
+// (ContactSystem::renew), because P needs it, too.
+template <class Begin, class Put>
+void TreeReduction::visit_rows(const Problem& problem, std::size_t first, std::size_t last,
+                               const Begin& begin, const Put& put) const {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::size_t contact_rows = problem.rows() - A.jacobian.size();
+  std::size_t column = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    const Block& b = blocks_[i];
+    for (std::size_t k = 0; k < b.dim; ++k, ++column) {
+      const std::size_t row = b.row + k;
+      const bool contact = row < contact_rows;
+      begin(column, contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows]);
+      for (std::size_t entry = A.half.first[row]; entry < A.half.first[row + 1]; ++entry)
+        put(static_cast<std::size_t>(A.half.coordinate[entry]), A.half.value[entry]);
+      if (b.free)
+        put_free(A.bodies,
+                 contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
+                                        static_cast<int>(k))
+                         : A.jacobian[row - contact_rows],
+                 put);
+    }
+  }
+}
+
+// The first column of a coordinate begins its range; columns come in ascending order.
+void TreeReduction::fill_dense(const Problem& problem, Held& held, Reduction::Island& island,
+                               std::size_t first, std::size_t last) {
+  const std::size_t m = row_.size();
+  island.thin.n = 0;
+  A_.assign(m * m, 0.0);
+  stride_ = (m + lanes - 1) / lanes * lanes;
+  Y_.assign(range_.size() * stride_ + group * stride_ + lanes, 0.0);
+  std::size_t present = 0;
+  visit_rows(
+      problem, first, last,
+      [&](std::size_t column, double E) {
+        present = column;
+        A_[(m + 1) * column] = E;
+      },
+      [&present, ranges = range_.data(), Y = Y_.data(), stride = stride_](std::size_t coordinate,
+                                                                          double value) {
+        Range& range = ranges[coordinate];
+        if (range.first > range.last) range.first = present;
+        range.last = present + 1;
+        Y[coordinate * stride + present] = value;
+      });
   add_products();
-  eliminate(problem, held_[number], island);
+  eliminate(problem, held, island);
+}
+
+// Bilateral rows would be active in every Newton step. They are taken out once instead, as in eliminate(),
+// but on the side of the coordinates: what they leave there is Q.
+//
+// Y is stored by rows of the problem. With the factor U of A_ff, V = U^-T Y_f and y = U^-T b_f (eliminate()),
+//
+//   W = Y_c'Q Y_c + E_c,   Q = 1 - V'V,   q = b_c - Y_c'V'y.
+void TreeReduction::fill_thin(const Problem& problem, Held& held, Reduction::Island& island,
+                              std::size_t first, std::size_t last) {
+  ThinMatrix& W = island.thin;
+  const std::size_t n = used_.size(), f = held.row.size();
+  island.W.clear();
+  W.resize(n, island.row.size());
+  const std::size_t stride = W.stride;
+  std::vector<double>&Yf = Y_, &E = work_row_;
+  Yf.assign(f * stride, 0.0);
+  E.assign(f, 0.0);
+  double* to = nullptr;
+  visit_rows(
+      problem, first, last,
+      [&](std::size_t column, double compliance) {
+        const std::ptrdiff_t place = row_[column];
+        const auto at = static_cast<std::size_t>(place < 0 ? -1 - place : place);
+        to = place < 0 ? &Yf[stride * at] : &W.Y[stride * at];
+        (place < 0 ? E : W.E)[at] = compliance;
+      },
+      [&to, place = compact_.data()](std::size_t coordinate, double value) {
+        to[place[coordinate]] = value;
+      });
+  if (f == 0) return;
+  start_held(held, n);
+  for (std::size_t i = 0; i < f; ++i) {
+    double* own = &held.factor[held.stride * i];
+    AMONTONS_DISPATCH(add_row_products, own, Yf.data(), &Yf[stride * i], i + 1, stride);
+    own[i] += E[i];
+  }
+  for (std::size_t i = 0; i < f; ++i) {
+    double* own = &held.factor[held.stride * i];
+    for (std::size_t j = i + 1; j < f; ++j) own[j] = held.factor[held.stride * j + i];
+    std::copy_n(&Yf[stride * i], n, own + f);
+    own[f + n] = problem.b[held.row[i]];
+  }
+  factor_held(held, n);
+  W.Q.assign(n * stride, 0.0);
+  for (std::size_t k = 0; k < n; ++k) W.Q[(stride + 1) * k] = 1;
+  for (std::size_t k = 0; k < f; k += group)
+    AMONTONS_DISPATCH(add_gram, W.Q.data(), stride, &held.factor[held.stride * k + f], held.stride, n, -1);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < i; ++k) W.Q[stride * i + k] = W.Q[stride * k + i];
+  std::vector<double>& t = work_row_;
+  t.assign(stride, 0.0);
+  for (std::size_t k = 0; k < f; ++k) {
+    const double* own = &held.factor[held.stride * k];
+    for (std::size_t j = 0; j < n; ++j) t[j] -= own[f + n] * own[f + j];
+  }
+  AMONTONS_DISPATCH(add_row_products, island.q.data(), W.Y.data(), t.data(), W.rows(), stride);
+}
+
+// Both forms keep the same rows: the upper half of U, then Z or V, then y. recover() and correct() read them.
+//
+// Room for the factor of f rows with `width` columns beside them, and b.
+void TreeReduction::start_held(Held& held, std::size_t width) {
+  const std::size_t f = held.row.size();
+  held.stride = (f + width + 1 + lanes - 1) / lanes * lanes;
+  held.factor.assign((f + group) * held.stride + lanes, 0.0);
+}
+
+// A row of the factor is complete before it leaves the rows below it, so that a single loop over whole rows
+// makes U and all columns beside it. Redundant rows have pivots of the size of their compliance; a pivot
+// below the rounding of its terms is raised to it.
+void TreeReduction::factor_held(Held& held, std::size_t width) {
+  const std::size_t f = held.row.size(), m = f + width;
+  pivot_.resize(f);
+  for (std::size_t k = 0; k < f; ++k)
+    pivot_[k] = direct::least_compliance * held.factor[(held.stride + 1) * k];
+  for (std::size_t k = 0; k < f; ++k) {
+    double* own = &held.factor[held.stride * k];
+    const double pivot = std::sqrt(std::max(own[k], pivot_[k]));
+    for (std::size_t j = k; j <= m; ++j) own[j] /= pivot;
+    for (std::size_t i = k + 1; i < f; ++i) {
+      const double share = own[i];
+      if (share == 0) continue;
+      double* to = &held.factor[held.stride * i];
+      for (std::size_t j = i; j <= m; ++j) to[j] -= share * own[j];
+    }
+  }
+  work_ += static_cast<double>(f * (f + 3 * width) * (f + width) / 6);
 }
 
 // Cholesky's method, stopped after the rows of f. With the bilateral rows first,
 //
 //   A = (A_ff A_fc; A_cf A_cc),   A_ff = U'U,   Z = U^-T A_fc,   W = A_cc - Z'Z,
 //
-// b is one more column: y = U^-T b_f and q = b_c - Z'y. A row of the factor is complete before it leaves the
-// rows below it, so that a single loop over whole rows makes U, Z and y. Redundant rows have pivots of the
-// size of their compliance; a pivot below the rounding of its terms is raised to it.
-//
-// The upper half of A, rows and columns of f first, loses the rows of f one by one: their outer products
-// leave the rows below. The products with columns of c are summed at the end, six rows at a time.
+// b is one more column: y = U^-T b_f and q = b_c - Z'y. The products with columns of c are summed at the end,
+// six rows at a time.
 void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Island& island) {
   const std::size_t m = row_.size();
   order_.clear();
-  held.row.clear();
-  island.row.clear();
-  island.q.clear();
   for (std::size_t i = 0; i < m; ++i)
-    if (row_[i] < 0) {
-      order_.push_back(i);
-      held.row.push_back(static_cast<std::size_t>(-1 - row_[i]));
-    }
+    if (row_[i] < 0) order_.push_back(i);
   for (std::size_t i = 0; i < m; ++i)
-    if (row_[i] >= 0) {
-      order_.push_back(i);
-      island.row.push_back(static_cast<std::size_t>(row_[i]));
-      island.q.push_back(problem.b[island.row.back()]);
-    }
+    if (row_[i] >= 0) order_.push_back(i);
   const std::size_t f = held.row.size(), c = m - f;
+  const auto entry = [this, m, order = order_.data()](std::size_t i, std::size_t j) {
+    const std::size_t a = order[i], b = order[j];
+    return A_[a < b ? m * a + b : m * b + a];
+  };
   island.W.resize(c * c);
   for (std::size_t i = 0; i < c; ++i)
-    for (std::size_t j = i; j < c; ++j) {
-      const std::size_t a = order_[f + i], b = order_[f + j];
-      island.W[c * i + j] = A_[m * std::min(a, b) + std::max(a, b)];
-    }
+    for (std::size_t j = i; j < c; ++j) island.W[c * i + j] = entry(f + i, f + j);
   if (f > 0) {
-    held.stride = (m + 1 + lanes - 1) / lanes * lanes;
-    held.factor.assign((f + group) * held.stride + lanes, 0.0);
+    start_held(held, c);
     for (std::size_t i = 0; i < f; ++i) {
       double* to = &held.factor[held.stride * i];
-      for (std::size_t j = i; j < m; ++j) {
-        const std::size_t a = order_[i], b = order_[j];
-        to[j] = A_[m * std::min(a, b) + std::max(a, b)];
-      }
+      for (std::size_t j = i; j < m; ++j) to[j] = entry(i, j);
       to[m] = problem.b[held.row[i]];
     }
-    for (std::size_t k = 0; k < f; ++k) {
-      double* own = &held.factor[held.stride * k];
-      const std::size_t a = order_[k];
-      const double pivot = std::sqrt(std::max(own[k], direct::least_compliance * A_[(m + 1) * a]));
-      for (std::size_t j = k; j <= m; ++j) own[j] /= pivot;
-      for (std::size_t i = k + 1; i < f; ++i) {
-        const double share = own[i];
-        if (share == 0) continue;
-        double* to = &held.factor[held.stride * i];
-        for (std::size_t j = i; j <= m; ++j) to[j] -= share * own[j];
-      }
-    }
+    factor_held(held, c);
     for (std::size_t k = 0; k < f; ++k) {
       const double* own = &held.factor[held.stride * k];
       for (std::size_t j = 0; j < c; ++j) island.q[j] -= own[m] * own[f + j];
     }
     for (std::size_t k = 0; k < f; k += group)
       AMONTONS_DISPATCH(add_gram, island.W.data(), c, &held.factor[held.stride * k + f], held.stride, c, -1);
-    work_ += static_cast<double>(f * (f + 3 * c) * (f + c) / 6);
   }
   for (std::size_t r = 0; r < c; ++r)
     for (std::size_t k = 0; k < r; ++k) island.W[c * r + k] = island.W[c * k + r];
@@ -223,17 +363,26 @@ void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Isl
 
 // The impulses of bilateral rows that hold exactly for those of the other rows, as in Reduction::recover():
 //
-// U x_f = -(y + Z x_c), from the last row up. Rows of islands that are not in x_c have their own.
-void TreeReduction::recover(std::span<double> x) const {
+// U x_f = -(y + Z x_c), from the last row up, with Z x_c = V Y_c x_c where W is thin.
+void TreeReduction::recover(std::span<double> x) {
   for (std::size_t i = 0; i < count_; ++i) {
     const Held& held = held_[i];
-    const std::vector<std::size_t>& rest = islands_[i].row;
+    if (held.row.empty()) continue;
+    const ThinMatrix& thin = islands_[i].thin;
+    std::vector<double>& rest = work_row_;
+    rest.clear();
+    for (const std::size_t row : islands_[i].row) rest.push_back(x[row]);
+    if (!thin.empty()) {
+      Y_.assign(thin.stride, 0.0);
+      thin.gather(rest, Y_.data());
+      rest.assign(Y_.begin(), Y_.begin() + static_cast<std::ptrdiff_t>(thin.n));
+    }
     const std::size_t f = held.row.size(), m = f + rest.size();
     for (std::size_t k = f; k-- > 0;) {
       const double* own = &held.factor[held.stride * k];
       double sum = own[m];
       for (std::size_t j = k + 1; j < f; ++j) sum += own[j] * x[held.row[j]];
-      for (std::size_t j = 0; j < rest.size(); ++j) sum += own[f + j] * x[rest[j]];
+      for (std::size_t j = 0; j < rest.size(); ++j) sum += own[f + j] * rest[j];
       x[held.row[k]] = -sum / own[k];
     }
   }
@@ -261,46 +410,36 @@ void TreeReduction::correct(std::span<const double> u, std::span<double> x) {
   }
 }
 
-// The first column of a coordinate begins its range; columns come in ascending order.
-void TreeReduction::set(std::size_t coordinate, std::size_t column, double value) {
-  Range& range = range_[coordinate];
-  if (range.first > range.last) {
-    range = {column, column + 1};
-    used_.push_back(coordinate);
-  }
-  range.last = column + 1;
-  Y_[coordinate * stride_ + column] = value;
-}
-
 // A free body has the block diag(1 / m, I^-1) of M^-1. Its rows of Y are
 // m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
 // Bodies of trees have no number among free ones, and are passed over.
-void TreeReduction::fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column) {
-  fill_free(bodies, row.body_a, row.a, column);
-  fill_free(bodies, row.body_b, row.b, column);
+template <class Put>
+void TreeReduction::put_free(const Bodies& bodies, const JacobianRow& row, const Put& put) const {
+  put_free(bodies, row.body_a, row.a, put);
+  put_free(bodies, row.body_b, row.b, put);
 }
 
-void TreeReduction::fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j,
-                              std::size_t column) {
+template <class Put>
+void TreeReduction::put_free(const Bodies& bodies, Index body, const std::array<double, 6>& j,
+                             const Put& put) const {
   if (body < 0 || free_number_[body] < 0) return;
-  const std::size_t at = trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);
+  const std::size_t at = first_of_free(body);
   const double root = std::sqrt(bodies.inverse_mass[body]);
-  for (std::size_t k = 0; k < 3; ++k) set(at + k, column, root * j[k]);
+  for (std::size_t k = 0; k < 3; ++k) put(at + k, root * j[k]);
   const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[body];
   const auto over = [](double a, double pivot) { return pivot > 0 ? a / pivot : 0; };
   const double a = std::sqrt(xx), b = over(xy, a), c = over(xz, a);
   const double d = std::sqrt(std::max(0.0, yy - b * b)), e = over(yz - b * c, d);
   const double f = std::sqrt(std::max(0.0, zz - c * c - e * e));
-  set(at + 3, column, a * j[3] + b * j[4] + c * j[5]);
-  set(at + 4, column, d * j[4] + e * j[5]);
-  set(at + 5, column, f * j[5]);
+  put(at + 3, a * j[3] + b * j[4] + c * j[5]);
+  put(at + 4, d * j[4] + e * j[5]);
+  put(at + 5, f * j[5]);
 }
 
 // The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time. Coordinates that no row of
-// the island reaches are left out; the others are sorted, which makes their ranges neighbours.
+// the island reaches are left out; the others ascend, which makes their ranges neighbours.
 void TreeReduction::add_products() {
   const std::size_t m = row_.size();
-  std::sort(used_.begin(), used_.end());
   for (std::size_t at = 0; at < used_.size(); at += group) {
     const std::size_t end = std::min(used_.size(), at + group);
     Range hull{~std::size_t{0}, 0};

@@ -26,7 +26,7 @@ class TreeReduction {
   std::size_t islands() const { return count_; }
   Reduction::Island& island(std::size_t i) { return islands_[i]; }
   // Completes the x_c in x by x_f.
-  void recover(std::span<double> x) const;
+  void recover(std::span<double> x);
   // Corrects x_f for the remaining u = A x + b there; x_c stays.
   void correct(std::span<const double> u, std::span<double> x);
   // Multiplications of factor().
@@ -40,8 +40,8 @@ class TreeReduction {
     Index island, place;  // the last coordinate that moves one of its bodies; free bodies come after trees
     bool free;            // whether a body is free
   };
-  // The bilateral rows of an island: numbers in the problem; (U Z y) by rows, `stride` apart; places in x of
-  // the columns of Z.
+  // The bilateral rows of an island: numbers in the problem; (U Z y) or, beside a thin W, (U V y) by rows,
+  // `stride` apart.
   struct Held {
     std::vector<std::size_t> row;
     std::vector<double> factor;
@@ -54,10 +54,25 @@ class TreeReduction {
 
   void number_nodes(const Problem& problem);
   Index node_of(Index body) const;
+  std::size_t first_of_free(Index body) const {
+    return trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);
+  }
+  // An island has the blocks [first, last).
   void fill_island(const Problem& problem, std::size_t island, std::size_t first, std::size_t last);
-  void fill_free(const Bodies& bodies, const JacobianRow& row, std::size_t column);
-  void fill_free(const Bodies& bodies, Index body, const std::array<double, 6>& j, std::size_t column);
-  void set(std::size_t coordinate, std::size_t column, double value);
+  void find_used(const Problem& problem, std::size_t first, std::size_t last);
+  template <class Begin, class Put>
+  void visit_rows(const Problem& problem, std::size_t first, std::size_t last, const Begin& begin,
+                  const Put& put) const;
+  void fill_dense(const Problem& problem, Held& held, Reduction::Island& island, std::size_t first,
+                  std::size_t last);
+  void fill_thin(const Problem& problem, Held& held, Reduction::Island& island, std::size_t first,
+                 std::size_t last);
+  void start_held(Held& held, std::size_t width);
+  void factor_held(Held& held, std::size_t width);
+  template <class Put>
+  void put_free(const Bodies& bodies, const JacobianRow& row, const Put& put) const;
+  template <class Put>
+  void put_free(const Bodies& bodies, Index body, const std::array<double, 6>& j, const Put& put) const;
   void add_products();
   void eliminate(const Problem& problem, Held& held, Reduction::Island& island);
 
@@ -70,13 +85,14 @@ class TreeReduction {
   std::size_t count_ = 0, stride_ = 0;
   std::vector<Reduction::Island> islands_;
   std::vector<Held> held_;
-  // A of the present island, and per column its row in the problem: -1 - row if it is bilateral.
+  // A of the present island, and per column its place among the rows of c: -1 - place if it is in f.
   std::vector<double> A_;
   std::vector<std::ptrdiff_t> row_;
   std::vector<std::size_t> order_;
-  std::vector<double> work_row_;
+  std::vector<double> work_row_, pivot_;
   std::vector<Range> range_;       // per coordinate, then six per free body
-  std::vector<std::size_t> used_;  // coordinates with a column in this island
+  std::vector<std::size_t> used_;  // coordinates that rows of this island reach, ascending
+  std::vector<Index> compact_;     // per coordinate: its place in used_, -1 elsewhere
   std::vector<double> Y_, six_;
   double work_ = 0;
 };

@@ -31,8 +31,15 @@ AMONTONS_FOR_EACH_ISA(
                        const std::ptrdiff_t* target, double* diagonal, double* blocks);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
-    // y += A'x, A m x m, row-major.
-    void add_product(double* y, const double* x, const double* A, std::size_t m);
+    // y += A'x, A of `rows` rows of n numbers.
+    void add_product(double* y, const double* x, const double* A, std::size_t rows, std::size_t n);
+    // y += A z, the same A; n is a multiple of eight.
+    void add_row_products(double* y, const double* A, const double* z, std::size_t rows, std::size_t n);
+    // T := S Y, d rows of n numbers each, a multiple of eight.
+    void multiply_rows(double* T, const double* S, const double* Y, std::size_t d, std::size_t n);
+    // N += L'T, six rows each of L and T, with `count` columns in L. All rows are `stride` numbers, a
+    // multiple of eight.
+    void add_outer(double* N, const double* L, const double* T, std::size_t count, std::size_t stride);
     // A = P L U with row pivots, in place. A is m x m with rows `stride` = factor_stride(m) apart; the
     // padding changes. The unit diagonal of L is not stored. `columns`: scratch of m factor_columns numbers.
     // False if singular.

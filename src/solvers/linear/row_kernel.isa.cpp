@@ -317,10 +317,40 @@ void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std
   }
 }
 
-void add_product(double* y, const double* x, const double* A, std::size_t m) {
+void add_product(double* y, const double* x, const double* A, std::size_t rows, std::size_t n) {
   std::size_t i = 0;
-  for (; i + 6 <= m; i += 6) add_rows(y, x + i, A + m * i, m, m);
-  for (; i < m; ++i) subtract_scaled(y, A + m * i, -x[i], m);
+  for (; i + 6 <= rows; i += 6) add_rows(y, x + i, A + n * i, n, n);
+  for (; i < rows; ++i) subtract_scaled(y, A + n * i, -x[i], n);
+}
+
+// Sums over eight lanes: the bits do not depend on the width of registers.
+void add_row_products(double* y, const double* A, const double* z, std::size_t rows, std::size_t n) {
+  for (std::size_t i = 0; i < rows; ++i) y[i] += product_of_rows(A + n * i, z, n);
+}
+
+// A block has at most six rows: all of S stays in registers or in the first cache, and Y is read once per row
+// of T.
+void multiply_rows(double* T, const double* S, const double* Y, std::size_t d, std::size_t n) {
+  for (std::size_t j = 0; j < n; j += width)
+    for (std::size_t i = 0; i < d; ++i) {
+      LooseVec t = {};
+      for (std::size_t k = 0; k < d; ++k) t += S[d * i + k] * *(const LooseVec*)(Y + n * k + j);
+      *(LooseVec*)(T + n * i + j) = t;
+    }
+}
+
+// Rows of Y are zero off the way from their bodies to the root, and so are whole columns of L. The six rows
+// of T are read again for each column that is left: they are short, and stay in the first cache.
+void add_outer(double* N, const double* L, const double* T, std::size_t count, std::size_t stride) {
+  for (std::size_t i = 0; i < count; ++i) {
+    double f[6];
+    bool zero = true;
+    for (int k = 0; k < 6; ++k) {
+      f[k] = L[k * stride + i];
+      zero = zero && f[k] == 0;
+    }
+    if (!zero) add_rows(N + stride * i, f, T, stride, stride);
+  }
 }
 
 // Row pivots only: rows of (G + H W) differ in scale by the laws of their blocks, columns do not.

@@ -65,8 +65,8 @@ def test_no_command_is_left_out():
     assert without <= {"view"}  # which shows a page
 
 
-# Breaks when an option has no help, when its help does not begin with the thing that it sets, or when brackets of
-# a text are taken for markup.
+# Breaks when an option has no help, when its help does not begin with what it sets, or when brackets
+# of a text are taken for markup.
 def test_help_says_what_each_option_sets():
     for name, command in commands():
         for parameter in command.params:

@@ -1,0 +1,129 @@
+// M of the trees by composite inertias. Its factors have no fill (problem/linkage). To make them in each step
+// takes less time than to update those of the step before.
+#include "multibody/trees/masses.hpp"
+
+namespace amontons {
+
+namespace {
+
+// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
+Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
+  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
+          inertia.second * v.angular + cross(inertia.first, v.linear)};
+}
+
+// The parts of a linkage that no step changes: which coordinate moves which body, and where the rows of M
+// lie. A row has one entry per coordinate on the way to the root, itself included, that is as many as it is
+// deep.
+void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
+  linkage.place.assign(model.bodies(), -1);
+  for (std::size_t i = 0; i < model.bodies(); ++i) {
+    if (forest.number[i] < 0) continue;
+    linkage.place[i] = static_cast<Index>(linkage.body.size());
+    linkage.body.push_back(static_cast<Index>(i));
+    linkage.last.push_back(forest.bodies[forest.number[i]].last);
+  }
+  linkage.arm.resize(linkage.body.size());
+  linkage.parent = forest.parent;
+  linkage.column.resize(forest.parent.size());
+  linkage.first.assign(1, 0);
+  std::vector<std::size_t> depth(forest.parent.size());
+  for (std::size_t k = 0; k < depth.size(); ++k) {
+    depth[k] = 1 + (forest.parent[k] < 0 ? 0 : depth[forest.parent[k]]);
+    linkage.first.push_back(linkage.first.back() + depth[k]);
+  }
+  linkage.rows.resize(linkage.first.back());
+}
+
+// A linkage that no problem holds any more. The simulation keeps two problems, the last one and the memory of
+// the one before, so that the pool has three entries unless a user keeps problems.
+std::shared_ptr<ConstrainedBodies> unused_linkage(const Model& model, const Forest& forest, TreeStep& trees) {
+  for (const auto& known : trees.pool)
+    if (known.use_count() == 1) return known;
+  const auto linkage = std::make_shared<Linkage>();
+  start_linkage(model, forest, *linkage);
+  auto fresh = std::make_shared<ConstrainedBodies>(
+      ConstrainedBodies{linkage->body, [of = linkage.get()](double* w) { of->move(w); }, linkage});
+  trees.pool.push_back(fresh);
+  return fresh;
+}
+
+// Inertias about the reference by Steiner's theorem: I_O = R I R' + m (<c, c> 1 - c c').
+void make_inertias(const Model& model, const Forest& forest, const BodyFrames& frames, TreeStep& trees) {
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const double m = model.body(body).mass;
+    const Vec3 c = frames[body].centre - trees.places[i].reference;
+    const double cc = dot(c, c);
+    TreeInertia& inertia = trees.inertias[i];
+    inertia = {m, m * c, frames[body].inertia};
+    for (int r = 0; r < 3; ++r)
+      for (int k = 0; k < 3; ++k) inertia.second(r, k) += m * ((r == k ? cc : 0) - c[r] * c[k]);
+  }
+}
+
+// Spring, damper and drive of a coordinate, with the impulse -h k (s + h q'+) - h d q'+ - a (q'+ - q'-) as of
+// a row (row_terms). In M it is a + h d + h^2 k on the diagonal.
+void make_drives(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
+  for (const TreeBody& b : forest.bodies) {
+    if (b.joint < 0) continue;
+    const Joint& joint = model.joint(b.joint);
+    for (std::size_t i = 0; i < b.dofs; ++i) {
+      const Dof& dof = joint.dofs[i];
+      trees.drives[b.first + i] = {dof.stiffness, state.coordinates[b.first_dof + i] - dof.rest, dof.damping,
+                                   dof.armature};
+    }
+    for (std::size_t i = b.dofs; i < b.count; ++i) trees.drives[b.first + i].inertia = joint.ball_armature;
+  }
+}
+
+}  // namespace
+
+void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                      double h, TreeStep& trees) {
+  make_inertias(model, forest, frames, trees);
+  make_drives(model, forest, state, trees);
+  trees.constrained.reset();
+  trees.constrained = tree_masses(model, forest, h, trees);
+}
+
+// Composite inertias. Let I be the inertia of all bodies that a body supports. A unit of its column s gives
+// the momentum I s. So M = <s', I s> for the columns s' on the way to the root (Featherstone 2008, ch. 6.2).
+//
+// Bodies come after their parents in the list. From the last one to the first, the inertia of a body is
+// complete before it is added to that of its parent. Reference points are those of the tree: inertias add.
+std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
+                                               TreeStep& trees) {
+  auto masses = unused_linkage(model, forest, trees);
+  Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreePlace& place = trees.places[i];
+    linkage.arm[linkage.place[forest.bodies[i].body]] = place.centre - place.reference;
+  }
+  for (std::size_t k = 0; k < forest.parent.size(); ++k) {
+    const Flow& s = trees.columns[k];
+    linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
+  }
+  trees.carried = trees.inertias;
+  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
+    const TreeBody& b = forest.bodies[i];
+    const TreeInertia& inertia = trees.carried[i];
+    for (std::size_t k = b.first; k < b.first + b.count; ++k) {
+      const Flow momentum = momentum_of(inertia, trees.columns[k]);
+      double* row = &linkage.rows[linkage.first[k]];
+      for (auto above = static_cast<Index>(k); above >= 0; above = forest.parent[above])
+        *row++ = power(momentum, trees.columns[above]);
+      const TreeDrive& drive = trees.drives[k];
+      linkage.rows[linkage.first[k]] += drive.inertia + h * (drive.damping + h * drive.stiffness);
+    }
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    if (above < 0) continue;
+    trees.carried[above].mass += inertia.mass;
+    trees.carried[above].first += inertia.first;
+    trees.carried[above].second = trees.carried[above].second + inertia.second;
+  }
+  linkage.factor();
+  return masses;
+}
+
+}  // namespace amontons

@@ -1,0 +1,16 @@
+// M of trees, factored.
+#pragma once
+#include <memory>
+
+#include "multibody/trees/tree_step.hpp"
+
+namespace amontons {
+
+// M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h.
+void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                      double h, TreeStep& trees);
+// The same M once more, over another length of step; 0: without springs and dampers.
+std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
+                                               TreeStep& trees);
+
+}  // namespace amontons

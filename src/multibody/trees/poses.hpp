@@ -1,0 +1,36 @@
+// Where the bodies of trees are: poses from coordinates, and the frames of joints there.
+#pragma once
+#include <span>
+
+#include "multibody/trees/tree_step.hpp"
+
+namespace amontons {
+
+// Poses of all bodies of trees from coordinates: those of dofs in the state, those of balls and bases in its
+// poses. If poses differ from these by more than rounding, because the user has moved bodies, coordinates are
+// fitted to them first, and the state gets the poses that follow.
+void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees);
+
+// The contexts of joints of trees there.
+void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
+                       const TreeStep& trees, JointContexts& joints);
+
+// Poses, frames and columns in TreeStep from the coordinates in the state, its poses of bases, and balls.
+void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees);
+
+// The poses in TreeStep become those of the state.
+void write_poses(const Forest& forest, const TreeStep& trees, State& state);
+
+// The motion of one dof, after the motions of those before it: T := T exp(s q). A slide moves along its axis.
+// A hinge turns about its anchor a, x -> R (x - a) + a.
+inline void append_dof(const Dof& dof, double q, const Quat& turn, Transform& relative) {
+  if (dof.kind == Dof::Kind::slide) {
+    relative.position += q * rotate(relative.rotation, dof.axis);
+    return;
+  }
+  if (!(dof.anchor == Vec3{}))
+    relative.position += rotate(relative.rotation, dof.anchor - rotate(turn, dof.anchor));
+  relative.rotation = relative.rotation * turn;
+}
+
+}  // namespace amontons

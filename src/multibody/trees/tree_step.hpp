@@ -1,0 +1,75 @@
+// The trees of a model over one step: places, M, rates, and the memory of all this.
+//
+// In a step: poses follow from coordinates (place_trees), M and its factors from poses (make_tree_masses),
+// free rates from the momenta over displacements (make_free_tree_velocities, foresee_tree_velocities). All
+// other stages see velocities of bodies and M^-1 as a function. At the end rates are read from the velocities
+// of bodies (read_rates), so that whatever a stage did to them counts, and the trees move (move_trees).
+//
+// The state has no array for trees. Coordinates of dofs are in State::coordinates, turns included; the pose
+// of a base and the rotation of a ball are in the poses, rates in the velocities of bodies. A step writes
+// what it would read, so that a saved state continues bit for bit.
+//
+// Each function reads what those before it have put here. Frames are those of place_bodies() after
+// place_trees(), and stay until the trees move. All velocities of bodies are those of centres of mass, as
+// everywhere in a step.
+//
+// The rates of a joint are q' of its dofs, then three angular velocities of a ball in the axes of frame_a.
+// Those of a base are the velocity of its centre of mass and its angular velocity, both in world axes.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/problem/linkage.hpp"
+#include "multibody/joints/joint_context.hpp"
+#include "multibody/trees/flow.hpp"
+#include "multibody/trees/forest.hpp"
+
+namespace amontons {
+
+// A body of a tree at the start of a step.
+struct TreePlace {
+  Transform pose;
+  Vec3 centre, reference;  // centre of mass; reference point of the tree, world
+  Quat ball;               // of a spherical joint: rotation of frame_a from its place after the dofs
+  Transform frame_a, frame_b, relative;  // of the joint: in the world; frame_a in frame_b
+  ChainKinematics chain;
+  std::array<Screw, 6> duals;
+};
+// Mass, first moment and inertia about the reference point, of a body or of all that it supports.
+struct TreeInertia {
+  double mass = 0;
+  Vec3 first;
+  Mat3 second;
+};
+// Spring, damper and inertia along a coordinate.
+struct TreeDrive {
+  double stiffness = 0, stretch = 0, damping = 0, inertia = 0;
+};
+
+// M over a step of length h contains forces along one coordinate that are linear in its rate. These are the
+// inertia a, the damper h d and the spring h^2 k. As rows of the problem they would be bilateral with the
+// compliance 1 / (a + h d + h^2 k) and leave it by elimination, with the same result.
+//
+// Where the trees stand at the start of a step, and their M; arrays keep their memory between steps.
+struct TreeStep {
+  std::vector<TreePlace> places;      // per TreeBody
+  std::vector<TreeInertia> inertias;  // per TreeBody, of it alone
+  std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
+  std::vector<Quat> turns;            // per coordinate: rotation of a hinge
+  std::vector<TreeDrive> drives;      // per coordinate
+  std::vector<double> before, free;   // rates at the start, and at the end without impulses
+  std::vector<double> after;          // rates at the end
+  double fastest = 0;                 // largest of all rates without impulses
+  std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
+  // Memory: linkages that problems may still hold; scratch.
+  std::vector<std::shared_ptr<ConstrainedBodies>> pool;
+  std::vector<TreeInertia> carried;
+  std::vector<double> along, mean, wrenches, pushed, caused;
+  std::vector<Flow> flow, supply, impulse;
+  std::vector<Transform> moved;
+  BodyFrames frames;
+  BodyVelocities velocities;
+};
+
+}  // namespace amontons
