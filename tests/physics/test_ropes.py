@@ -250,6 +250,24 @@ def test_wrong_ropes(change, message):
         Simulation(builder.build())
 
 
+# Breaks if a belt without a course is taken for one: its length would be no number.
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        (Transform((1, 0, 0), ALONG_Y), "must be parallel"),
+        (Transform((0.05, 0, 1)), "within the other"),
+    ],
+)
+def test_belts_need_two_parallel_wheels(frame, message):
+    builder = ModelBuilder()
+    for name in ("a", "b"):
+        builder.add_body(name, mass=1, inertia=(1, 1, 1))
+    path = [PathElement("cylinder", "a", Transform(), 0.1), PathElement("cylinder", "b", frame, 0.2)]
+    builder.add_tendon("belt", path=path, closed=True, stiffness=1e3, rest=1)
+    with pytest.raises(InputError, match=message):
+        builder.build()
+
+
 def test_actuators_and_tensions_ask_for_the_right_tendon():
     builder = ModelBuilder()
     weights(builder, (1.0, 1.0))

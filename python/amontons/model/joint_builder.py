@@ -82,9 +82,9 @@ class JointBuilder(ABC):
         journal_radius: m. play_friction: mu between both.
         """
         name = self._checked("add_revolute_joint", options, DofOptions)
-        if play:
+        fields = _play(name, play, journal_radius=journal_radius, play_friction=play_friction)
+        if fields:
             hinge = dofs_of(name, [("hinge", Z)], options)
-            fields = {"play": play, "journal_radius": journal_radius, "play_friction": play_friction}
             dofs = (Dof("slide", X), Dof("slide", Y), *hinge)
             return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs, **fields)
         dofs = dofs_of(name, [("hinge", Z)], options)
@@ -111,13 +111,13 @@ class JointBuilder(ABC):
         play_friction: mu between slider and guide.
         """
         name = self._checked("add_prismatic_joint", options, DofOptions)
-        if play:
+        fields = _play(name, play, play_length=play_length, play_friction=play_friction)
+        if fields:
             slide = dofs_of(name, [("slide", X)], options)
-            if play_normal is None or not play_length > 0:
+            if play_normal is None or not play_length:
                 raise InputError(f'joint "{name}": play needs play_length > 0 and play_normal')
             along = unit_vector(f'joint "{name}": axis', axis)
             rotation = _frame(along, unit_vector(f'joint "{name}": play_normal', play_normal), name)
-            fields = {"play": play, "play_length": play_length, "play_friction": play_friction}
             dofs = (*slide, Dof("slide", Y), Dof("hinge", Z))
             return self._add_framed(name, a, b, options, point, rotation, dofs, **fields)
         dofs = dofs_of(name, [("slide", Z)], options)
@@ -345,6 +345,15 @@ class JointBuilder(ABC):
 def _along(name: str, what: str, axis: Numbers) -> Quaternion:
     """The rotation of a frame whose third axis is the direction `axis` in the world."""
     return rotation_to_z(unit_vector(f'joint "{name}": {what}', axis))
+
+
+def _play(name: str, play: float, **more: float) -> dict[str, float]:
+    """The fields of a joint with play; none without."""
+    if play != 0:
+        return {"play": play, **more}
+    if given := [key for key, value in more.items() if value != 0]:
+        raise InputError(f'joint "{name}": {", ".join(given)} without play; give the clearance, as play=1e-4')
+    return {}
 
 
 def _frame(x: tuple[float, float, float], z: tuple[float, float, float], name: str) -> Quaternion:

@@ -294,7 +294,9 @@ void check_rubs(const std::vector<PathElement>& path, const std::string& who) {
   }
 }
 
-// A belt goes around two parallel cylinders on different bodies.
+// A belt goes around two parallel cylinders on different bodies. Its spans are the outer tangents of both
+// circles. They exist if neither circle is within the other, in the initial pose that is checked here; the
+// line of centres then has a direction.
 void check_belt(const ModelDescription& d, const Tendon& t, const std::string& who) {
   const auto& path = t.path;
   require(path.size() == 2 && path[0].kind == PathElement::Kind::cylinder &&
@@ -307,6 +309,15 @@ void check_belt(const ModelDescription& d, const Tendon& t, const std::string& w
     check_not_negative(who, {{e.friction, "friction"}});
     require(e.turns == 0, who, "a belt takes no turns");
   }
+  const auto placed = [&](const PathElement& e) {
+    return e.body < 0 ? e.frame : d.bodies[e.body].pose * e.frame;
+  };
+  const Transform one = placed(path[0]), two = placed(path[1]);
+  const Vec3 axis = rotate(one.rotation, {0, 0, 1}), way = two.position - one.position;
+  require(norm(cross(axis, rotate(two.rotation, {0, 0, 1}))) < 1e-6, who,
+          "the cylinders of a belt must be parallel; turn the frame of one of them");
+  require(norm(way - dot(way, axis) * axis) > std::abs(path[0].radius - path[1].radius), who,
+          "one cylinder of the belt is within the other; move them apart");
 }
 
 // A rope that rubs is an unknown tension on both sides of each place, which only its length or its own spring
