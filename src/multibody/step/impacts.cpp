@@ -19,14 +19,16 @@ namespace amontons {
 namespace {
 
 // Impacts are over before springs, motors, dry friction or stabilisation act. So only locked directions get
-// rows, which keep their velocities (c = 0). Limits are left to the step that follows.
+// rows, which keep their velocities (c = 0). Limits, and flanks of couplings,
+// are left to the step that follows.
 JointRows locked_rows(const StepSetting& step, const State& state, const Observed& o,
                       const StepBodies& bodies) {
   JointRows all, locked;
   append_joint_rows(step.model, bodies, o.joints, state, step.joint_options(), all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
-    if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
+    if (all.tags[i].kind == RowKind::locked ||
+        (all.tags[i].kind == RowKind::coupling && all.restraint[i] != Restraint::inequality))
       locked.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
   return locked;
 }

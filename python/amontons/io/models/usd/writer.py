@@ -182,7 +182,8 @@ class _Writer:
             path = f"/model/materials/material_{len(self.materials)}"
             prim = UsdShade.Material.Define(self.stage, path).GetPrim()
             surface = UsdPhysics.MaterialAPI.Apply(prim)
-            surface.CreateStaticFrictionAttr(material.friction)
+            static = material.friction_static
+            surface.CreateStaticFrictionAttr(material.friction if static is None else static)
             surface.CreateDynamicFrictionAttr(material.friction)
             surface.CreateRestitutionAttr(material.restitution)
             if material.compliance:
