@@ -198,3 +198,36 @@ def test_losses_are_told(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert amontons.write_model(builder.build(), tmp_path / "ball.usda") == ()
+
+
+# Breaks when programs of USD do not see what a body looks like, see its colliders too, or collide with it.
+def test_visuals_are_prims(tmp_path):
+    from pxr import UsdGeom, UsdPhysics
+
+    builder = amontons.ModelBuilder()
+    builder.add_body("cup", shape=amontons.shapes.Sphere(0.1), density=1, position=(0, 0, 1))
+    triangle = amontons.TriangleMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], [(0, 1, 2)])
+    builder.add_visual("cup", triangle, position=(0, 0, 0.2), colour=(1, 0.5, 0, 0.25))
+    builder.add_visual(None, amontons.shapes.Box((1, 1, 0.1)))
+    builder.add_body("bare", shape=amontons.shapes.Sphere(0.1), density=1)
+    model = builder.build()
+    assert amontons.write_model(model, tmp_path / "model.usda") == ()
+    stage = Usd.Stage.Open(str(tmp_path / "model.usda"))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/model/cup/visual_0"))
+    np.testing.assert_array_equal(mesh.GetPointsAttr().Get(), triangle.vertices)
+    assert not mesh.GetPrim().HasAPI(UsdPhysics.CollisionAPI)
+    assert not mesh.GetPrim().HasAPI(UsdPhysics.MeshCollisionAPI)
+    assert tuple(mesh.GetDisplayColorAttr().Get()[0]) == (1, 0.5, 0)
+    assert mesh.GetDisplayOpacityAttr().Get()[0] == 0.25
+    place = UsdGeom.XformCache().GetLocalToWorldTransform(mesh.GetPrim())
+    assert tuple(place.ExtractTranslation()) == (0, 0, 1.2)
+    assert stage.GetPrimAtPath("/model/visual_1").GetTypeName() == "Cube"
+    purposes = {
+        prim.GetParent().GetName(): UsdGeom.Imageable(prim).GetPurposeAttr().Get()
+        for prim in stage.Traverse()
+        if prim.HasAPI(UsdPhysics.CollisionAPI)
+    }
+    assert purposes == {"cup": "guide", "bare": "default"}
+    read = again(model, tmp_path)
+    assert read == model
+    assert len(read.visuals) == 2
