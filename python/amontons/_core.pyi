@@ -121,7 +121,9 @@ class Problem:
         """The sets in row order: (name, count, parameters ...)."""
 
     def operator_arrays(self) -> dict:
-        """Arguments of amontons.Contacts or amontons.Factored."""
+        """
+        Arguments of amontons.Contacts or amontons.Factored, or the matrix of a step with trees.
+        """
 
     @property
     def preconditioner(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:

@@ -261,12 +261,20 @@ def test_every_method_solves_steps_of_trees(method):
     assert np.allclose(simulation.state.positions, reference.state.positions, atol=1e-6)
 
 
-def test_the_problem_of_a_step_has_the_trees_in_it():
+def test_the_problem_of_a_step_has_the_trees_in_it(tmp_path):
     """Its matrix is symmetric, and its impulses leave the velocities that the residual claims."""
     simulation, _ = run(machine("auto"), 0.01, 1e-3)
-    again = simulation.problem().solve(tolerance=1e-10)
+    problem = simulation.problem()
+    again = problem.solve(tolerance=1e-10)
     assert again.status == "converged"
     assert math.isclose(again.residual, 0, abs_tol=1e-9)
+    # It can be printed, its matrix read, and both written.
+    assert "dense" in repr(problem)
+    assert np.abs(problem.A - problem.A.T).max() <= 1e-12 * np.abs(problem.A).max()
+    problem.write(tmp_path / "problem.npz")
+    read = amontons.read_problem(tmp_path / "problem.npz")
+    assert np.array_equal(read.b, problem.b)
+    assert np.array_equal(read.A, problem.A)
 
 
 def test_lattices_and_compliant_joints_keep_rows():
