@@ -234,10 +234,13 @@ WRONG = [
         r':2: <mesh>: the file ".*none.stl" does not exist',
     ),
     ([link("base", '<inertial><mass value="-2"/></inertial>')], r':2: <mass>: value="-2" is negative'),
-    ([link("base"), joint("j", "revolute", "base", "none")], r':3: <joint name="j">: .*missing'),
+    (
+        [link("base"), joint("j", "revolute", "base", "none")],
+        r':3: <joint name="j">: there is no link "none"',
+    ),
     ([link("base"), link("a"), joint("j", "bogus", "base", "a")], r':4: <joint name="j">: .*type'),
     ([link("base"), link("a", ""), joint("j", "continuous", "base", "a")], r':3: <link name="a">: .*mass'),
-    ([link("base"), joint("j", "fixed", "base", "base")], "model.urdf"),
+    ([link("base"), joint("j", "fixed", "base", "base")], "base -> base; one link must have"),
     (["<link>"], r":3: malformed XML: mismatched tag; the element open there is <link>"),
 ]
 

@@ -32,6 +32,7 @@ from .sensors import read_sensors
 from .sites import read_sites
 from .size import Budget
 from .tendons import read_tendons
+from .urdf_tree import require_tree
 from .usd import read_usd
 from .visuals import read_visuals
 from .writing import Lost as Lost
@@ -177,6 +178,8 @@ def _compiled_text(path: Path, floating_base: bool | None, limits: Limits, named
     for element, what in faults:
         issues.add(element, what, "none")
     scan(root, issues, named.parent, limits)
+    if root.tag == "robot":
+        require_tree(root)
     return compile_file(path, root, issues, floating_base, limits)
 
 

@@ -21,6 +21,8 @@ def read_mesh(path: Path, part: str = "") -> shapes.Mesh:
     """The triangles of a file, or of one of its parts, taken for metres; FileError if it holds none."""
     try:
         return shapes.Mesh(*read_triangles(path, part))
+    except FileError:
+        raise
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
 

@@ -137,9 +137,13 @@ class Colliders:
         counts = np.array(get(prim, "faceVertexCounts", []), dtype=np.int64)
         corners = np.array(get(prim, "faceVertexIndices", []), dtype=np.int64)
         if counts.sum() != len(corners) or not len(corners) or (counts < 0).any():
-            raise self.scene.error(prim, "faceVertexCounts and faceVertexIndices do not fit together")
+            raise self.scene.error(
+                prim, "faceVertexCounts and faceVertexIndices do not fit together; export it again"
+            )
         if corners.min() < 0 or corners.max() >= len(points):
-            raise self.scene.error(prim, f"a face names point {corners.max()}; there are {len(points)}")
+            raise self.scene.error(
+                prim, f"a face names point {corners.max()}; there are {len(points)}; export it again"
+            )
         starts = np.concatenate(([0], np.cumsum(counts)[:-1]))
         cuts = np.maximum(counts - 2, 0)
         first = np.repeat(starts, cuts)

@@ -73,7 +73,7 @@ class Scene:
     def number(self, prim: Any, name: str, default: float = 0.0) -> float:
         value = float(self.get(prim, name, default))
         if math.isnan(value):
-            raise self.error(prim, f"{name} is not a number")
+            raise self.error(prim, f"{name} is not a number; correct it")
         return value
 
     def targets(self, prim: Any, name: str) -> list[Any]:
@@ -95,7 +95,7 @@ class Scene:
         """Linear map (3, 3), scales included, and origin (3,) of a prim in the world (m)."""
         m = np.array(self.cache.GetLocalToWorldTransform(prim), dtype=np.float64)
         if not np.isfinite(m).all():
-            raise self.error(prim, "its place is not finite")
+            raise self.error(prim, "its place is not finite; correct its transformations")
         turn = np.array(rotation_matrix(self.upright))
         return turn @ m[:3, :3].T, self.metre * (turn @ m[3, :3])
 
@@ -149,7 +149,8 @@ def open_scene(path: Path, issues: Issues, limits: Limits) -> Scene:
     except Tf.ErrorException as error:
         raise _damaged(path, error) from None
     except RuntimeError as error:
-        raise FileError(f"{path}: is no scene of USD ({' '.join(str(error).split())[:200]})") from None
+        reason = " ".join(str(error).split())[:200]
+        raise FileError(f"{path}: is no scene of USD ({reason}); export it again") from None
     count = 0
     for count, _ in enumerate(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()), 1):
         if count > limits.elements:
@@ -161,7 +162,9 @@ def open_scene(path: Path, issues: Issues, limits: Limits) -> Scene:
         raise FileError(f"{path}: holds no prim")
     metre, kilogram = UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
     if not (0 < metre < math.inf and 0 < kilogram < math.inf):
-        raise FileError(f"{path}: metersPerUnit = {metre:g} and kilogramsPerUnit = {kilogram:g} must be > 0")
+        raise FileError(
+            f"{path}: metersPerUnit = {metre:g} and kilogramsPerUnit = {kilogram:g} must be > 0; correct them"
+        )
     upright = Y_UP if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else IDENTITY
     cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     return Scene(path, stage, issues, metre, kilogram, upright, cache)
@@ -173,7 +176,8 @@ def _damaged(path: Path, error: Exception) -> FileError:
     found = re.search(r": '([^']*?):(\d+):\d+: (.*?)'", said) or re.search(r": '()()(.*?)'", said)
     file, line, what = found.groups() if found else ("", "", said)
     place = f"{file}:{line}" if line else f"{path}"
-    return FileError(f"{place}: is damaged, or no scene of USD: {what.strip()[:240]}")
+    what = re.sub(r"^parse error matching \S*pegtl.*", "something here has no end", what.strip())
+    return FileError(f"{place}: is damaged, or no scene of USD: {what[:240]}; export it again")
 
 
 def _require_layers(path: Path, limits: Limits, issues: Issues) -> None:
@@ -190,7 +194,7 @@ def _require_layers(path: Path, limits: Limits, issues: Issues) -> None:
         layer = Sdf.Layer.FindOrOpen(name)
         if layer is None:
             if name == str(path):
-                raise FileError(f"{path}: is no scene of USD")
+                raise FileError(f"{path}: is no scene of USD; export it again")
             continue  # the stage warns of it, and what it held is missing
         if name == str(path):
             layer.Reload()  # the file may have changed since another stage opened it
