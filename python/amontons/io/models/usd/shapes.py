@@ -38,17 +38,25 @@ class Colliders:
 
     def read(self, prim: Any, frame: Transform, *, moves: bool) -> tuple[Shape, Transform] | None:
         """The shape of a gprim and its place in a body whose frame in the world is given; None is listed."""
-        linear, origin = self.scene.matrix(prim)
-        back = np.array(rotation_matrix(frame.rotation)).T
-        linear = back @ linear
-        at = tuple((back @ (origin - np.array(frame.position))).tolist())
+        linear, at = self._seen_from(frame, prim)
         try:
             found = self._shape(prim, linear, moves=moves)
         except InputError as error:
             if isinstance(error, FileError):
                 raise
             raise self.scene.error(prim, error) from None
-        return None if found is None else (found[0], Transform(at) @ found[1])
+        return None if found is None else (found[0], at @ found[1])
+
+    def _seen_from(self, frame: Transform, prim: Any) -> tuple[Array, Transform]:
+        """Linear map and origin of a prim in a frame of the world."""
+        linear, origin = self.scene.matrix(prim)
+        back = np.array(rotation_matrix(frame.rotation)).T
+        return back @ linear, Transform(tuple((back @ (origin - np.array(frame.position))).tolist()))
+
+    def surface(self, prim: Any, frame: Transform) -> tuple[shapes.Mesh, Transform]:
+        """The triangles of a Mesh as they look, whatever collides in their place."""
+        linear, at = self._seen_from(frame, prim)
+        return scaled(self.triangles(prim), self.scene.metre * linear), at
 
     def _shape(self, prim: Any, linear: Array, *, moves: bool) -> tuple[Shape, Transform] | None:
         kind = str(prim.GetTypeName())
