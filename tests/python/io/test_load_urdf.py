@@ -413,3 +413,22 @@ def test_fixed_links_compose(tmp_path):
     frame = model.links[-1].frame
     assert frame.position == pytest.approx((1 + math.cos(0.5), math.sin(0.5), 0))
     assert frame.rotation == pytest.approx(multiply(turn, turn))
+
+
+# Breaks when a link called world that the file leaves out refuses the robot, or lets it fall. Drake allows it;
+# lines in messages stay those of the file.
+def test_world_without_a_link(tmp_path):
+    path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"))
+    model = load_model(path)
+    assert [body.motion for body in model.bodies] == ["fixed"]
+    path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"), "<joint/>")
+    with pytest.raises(FileError, match=r"model\.urdf:4: <joint>: it has no name"):
+        load_model(path)
+
+
+# Breaks when moments of no solid, of a link called world, refuse the file: they have no meaning.
+def test_mass_of_the_world(tmp_path):
+    inertia = '<inertia ixx="0.01" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
+    world = f'<link name="world"><inertial><mass value="0.01"/>{inertia}</inertial></link>'
+    model = load_model(write(tmp_path, world, link("base"), joint("j", "continuous", "world", "base")))
+    assert [body.motion for body in model.bodies] == ["dynamic"]

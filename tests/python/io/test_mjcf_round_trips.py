@@ -335,3 +335,15 @@ def test_keyframe_of_turned_joints(tmp_path):
             np.testing.assert_allclose(
                 other.link(name)[part], simulation.link(name)[part], atol=1e-9, err_msg=f"{name} {part}"
             )
+
+
+# Breaks when MuJoCo refuses what it is given: a mesh of the ground that is flat, moments of a point mass.
+def test_what_mujoco_refuses_otherwise(tmp_path):
+    builder = amontons.ModelBuilder()
+    square = ([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)])
+    builder.add_geom(None, amontons.shapes.Mesh(*square), name="ground")
+    builder.add_body("point", mass=2, inertia=(1e-20, 1e-20, 1e-20), position=(0, 0, 1))
+    again, path, lost = written(builder.build(), tmp_path)
+    assert mujoco.MjModel.from_xml_path(str(path)).nbody == 2
+    assert [entry.part for entry in lost if entry.effect == "small"] == ['body "point"']
+    assert again.bodies[0].mass == 2

@@ -32,7 +32,7 @@ from .sensors import read_sensors
 from .sites import read_sites
 from .size import Budget
 from .tendons import read_tendons
-from .urdf_tree import require_tree
+from .urdf_tree import add_world, lacks_world, require_tree, with_world
 from .usd import read_usd
 from .visuals import read_visuals
 from .writing import Lost as Lost
@@ -179,7 +179,11 @@ def _compiled_text(path: Path, floating_base: bool | None, limits: Limits, named
         issues.add(element, what, "none")
     scan(root, issues, named.parent, limits)
     if root.tag == "robot":
+        text = with_world(path.read_text(encoding="utf-8", errors="replace")) if lacks_world(root) else ""
+        if text:
+            add_world(root)
         require_tree(root)
+        return compile_file(path, root, issues, floating_base, limits, text)
     return compile_file(path, root, issues, floating_base, limits)
 
 

@@ -196,14 +196,22 @@ def _name_of(item: Any) -> str:
 
 
 def compile_file(
-    path: Path, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
+    path: Path,
+    root: Element,
+    issues: Issues,
+    floating_base: bool | None,
+    limits: Limits = DEFAULT,
+    text: str = "",
 ) -> Compiled:
-    """Raises FileError naming file, line and element if MuJoCo refuses the file."""
+    """Raises FileError naming file, line and element if MuJoCo refuses the file.
+
+    text: what it takes in place of that of the file, if any.
+    """
     mujoco = import_mujoco()
     said: list[str] = []
     with _warnings_to(mujoco, said):
         try:
-            spec = mujoco.MjSpec.from_file(str(path))
+            spec = mujoco.MjSpec.from_string(text) if text else mujoco.MjSpec.from_file(str(path))
             for texture in spec.textures:
                 _without_files(mujoco, texture)
             if root.tag == "robot":

@@ -11,6 +11,7 @@ from ...model.coordinates import is_floating
 from ...model.model import Model
 from ...model.parts import OWN, WORLD, Dof, Geom, Joint
 from ...model.transforms import ORIGIN, Transform, conjugate, rotate
+from .geoms import thick
 from .losses import Lost
 from .mjcf_contacts import condim, write_contacts
 from .mjcf_draft import Draft, placed, ranged, sized, within, words
@@ -204,9 +205,8 @@ class _Writer(Draft):
         if id(shape) not in self.meshes:
             name = self.meshes[id(shape)] = f"mesh_{len(self.meshes)}"
             # The mass is that of <inertial>; a hull does not need the triangles of a closed surface.
-            ET.SubElement(
-                self.sections["asset"], "mesh", name=name, vertex=words(shape.vertices), inertia="convex"
-            )
+            made = ET.SubElement(self.sections["asset"], "mesh", name=name, inertia="convex")
+            made.set("vertex", words(thick(shape.vertices)))  # MuJoCo refuses a flat one
         return self.meshes[id(shape)]
 
     def _field(self, made: ET.Element, frame: Transform, field: shapes.HeightField) -> None:

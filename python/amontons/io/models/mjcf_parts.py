@@ -18,7 +18,9 @@ from .trees_out import Branch, Trees
 NOTHING = 1e-9
 """Share of the mass of a body below which what is left without its links has none"""
 LEAST = 1e-14
-"""kg m^2: moments of inertia that MuJoCo takes at least"""
+"""kg m^2: moments of inertia that MuJoCo refuses"""
+TAKEN = 1e-12
+"""kg m^2: those in place of smaller ones"""
 
 
 def write_parts(draft: Draft, body: int) -> None:
@@ -31,7 +33,7 @@ def write_parts(draft: Draft, body: int) -> None:
     divided = whole.motion == "dynamic" and all(solid is not None for solid in solids)
     if links and not divided:
         draft.lose(f'body "{whole.name}"', f"names of {len(links)} links that are parts of it", "none")
-    _inertial(element, own if divided and own else _solid(whole))
+    _inertial(element, own if links and divided and own else _with_moments(draft, whole))
     _float(element, whole)
     for k, link in links if divided else []:
         above, frame = draft.at(body, link.carrier)
@@ -60,6 +62,20 @@ def _solid(part: Body | Link) -> MassProperties | None:
     """None of a link with moments of inertia that MuJoCo refuses."""
     solid = MassProperties(part.mass, part.centre_of_mass, part.inertia)
     return solid if isinstance(part, Body) or _is_solid(solid) else None
+
+
+def _with_moments(draft: Draft, body: Body) -> MassProperties:
+    """The solid of a body, with moments that MuJoCo takes: above zero, none larger than the sum of two."""
+    solid = MassProperties(body.mass, body.centre_of_mass, body.inertia)
+    if _is_solid(solid):
+        return solid
+    moments, axes = np.linalg.eigh(solid.inertia)
+    taken = np.maximum(moments, TAKEN)
+    taken[0] = max(taken[0], (taken[2] - taken[1]) * (1 + 1e-9))
+    if body.motion == "dynamic" and np.any(taken - moments > 1e-6 * taken[2]):
+        said = ", ".join(f"{x:.3g}" for x in moments)
+        draft.lose(f'body "{body.name}"', f"moments of inertia {said}, which MuJoCo refuses", "small")
+    return replace(solid, inertia=_matrix(axes @ np.diag(taken) @ axes.T))
 
 
 def _is_solid(solid: MassProperties) -> bool:

@@ -45,6 +45,8 @@ def prepare(
             issues.notes.append(f'the base link "{body.name}" {how} it')
         if floats if floating_base is None else floating_base:
             body.add_freejoint()
+    # Some files give their link called world a mass, which has no meaning.
+    spec.worldbody.explicitinertial, spec.worldbody.fullinertia = False, [np.nan] * 6
     for body in spec.bodies[1:]:
         if body.explicitinertial:
             _check_inertia(body, root, issues, moves=bool(list(body.joints)))

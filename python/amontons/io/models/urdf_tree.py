@@ -26,6 +26,26 @@ def macro(element: Element) -> str:
     return ""
 
 
+WORLD = "world"
+
+
+def lacks_world(root: Element) -> bool:
+    """Whether joints hold links on a link called world that the file leaves out, as Drake's readers allow."""
+    ends = (joint.child("parent") for joint in root.all("joint"))
+    named = any(end is not None and end.attributes.get("link") == WORLD for end in ends)
+    return named and all(link.name != WORLD for link in root.all("link"))
+
+
+def add_world(root: Element) -> None:
+    root.children.append(Element("link", {"name": WORLD}, root.file, root.line, root))
+
+
+def with_world(text: str) -> str:
+    """The text of a file with that link."""
+    before, end, after = text.rpartition("</robot>")
+    return f'{before}<link name="{WORLD}"/>{end}{after}'
+
+
 def require_tree(root: Element) -> None:
     """FileError unless links have names of their own and joints make trees of them.
 

@@ -39,13 +39,16 @@ class Joints:
             scene.refuse(prim, "this kind of joint", "large")
             return
         if not scene.get(prim, "physics:jointEnabled", True):
+            scene.pass_over(prim)
             return
         (b, frame_b), (a, frame_a) = (self._end(prim, number) for number in (0, 1))
         if a == b:
             if a != WORLD:
                 scene.refuse(prim, "a joint whose two ends are parts of one body", "none")
+            scene.pass_over(prim)
             return
         if all(self._static(end) for end in (a, b)):
+            scene.pass_over(prim)
             return
         swapped = self._static(a)
         if swapped:  # the first body of a joint moves

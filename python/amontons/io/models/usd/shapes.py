@@ -180,7 +180,7 @@ class Colliders:
         scene = self.scene
         dynamic = scene.number(prim, "physics:dynamicFriction")
         static = scene.number(prim, "physics:staticFriction")
-        if static < dynamic:
+        if static < dynamic and prim.GetAttribute("physics:staticFriction").HasAuthoredValue():
             scene.refuse(prim, f"staticFriction {static:g} below the dynamicFriction {dynamic:g}")
         stiffness = scene.number(prim, "physxMaterial:compliantContactStiffness") * scene.kilogram
         damping = scene.number(prim, "physxMaterial:compliantContactDamping") * scene.kilogram

@@ -25,17 +25,13 @@ Y_UP = axis_angle((1.0, 0.0, 0.0), math.pi / 2)
 
 @dataclass(frozen=True)
 class At:
-    """Where a prim is, for the list of what was not read."""
+    """Where a prim is, for the list of what was not read; in words, as the stage may be gone by then."""
 
-    path: Path
-    prim: Any
-
-    @property
-    def place(self) -> str:
-        return f"{self.path}:{self.prim.GetPath()}"
+    place: str
+    kind: str
 
     def __str__(self) -> str:
-        return f"{self.prim.GetTypeName() or 'prim'}"
+        return self.kind
 
 
 @dataclass
@@ -53,15 +49,21 @@ class Scene:
     cache: Any
     read: set[str] = field(default_factory=set)
     """names of attributes that have been asked for"""
+    idle: set[str] = field(default_factory=set)
+    """paths of prims that change nothing, as joints between two fixed bodies"""
 
     def at(self, prim: Any) -> At:
-        return At(self.path, prim)
+        return At(f"{self.path}:{prim.GetPath()}", str(prim.GetTypeName() or "prim"))
 
     def error(self, prim: Any, what: object) -> FileError:
         return FileError(f"{self.path}:{prim.GetPath()}: {what}")
 
     def refuse(self, prim: Any, what: str, effect: str = "small") -> None:
         self.issues.add(self.at(prim), what, effect)
+
+    def pass_over(self, prim: Any) -> None:
+        """Notes that nothing that a prim says changes the motion."""
+        self.idle.add(str(prim.GetPath()))
 
     def get(self, prim: Any, name: str, default: Any = None) -> Any:
         """The value of an attribute, of its schema if none is written; else the default."""

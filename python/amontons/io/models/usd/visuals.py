@@ -1,4 +1,4 @@
-"""What a scene of USD shows: gprims that are rendered, with their colours.
+"""Gprims of a scene of USD that are rendered, with their colours.
 
 The simulation knows nothing of it, so that nothing here is an error: what cannot be read is left out.
 """
@@ -24,7 +24,7 @@ from .stage import Scene
 SHOWN = ("default", "render")
 """Purposes of what is rendered; a proxy or a guide stands in for it elsewhere"""
 INPUTS = ("diffuseColor", "diffuse_color_constant", "diffuse_reflection_color")
-"""Of UsdPreviewSurface, OmniPBR and OmniSurface"""
+"""Inputs of UsdPreviewSurface, OmniPBR and OmniSurface"""
 OPACITIES = ("opacity", "opacity_constant")
 
 
