@@ -24,6 +24,7 @@ from .joints import read_joints
 from .json_file import read_model_json
 from .keyframes import read_keyframes
 from .loops import read_loops
+from .massless import without_massless
 from .motors import checked_motor, with_motors
 from .overlaps import without_overlaps
 from .scan import scan
@@ -198,6 +199,7 @@ def _model(
             sources = [sources[k] for k in former]
             model = replace(model, unread=compiled.issues.unread())
         model = without_overlaps(compiled, sources, model, all_too=not self_overlaps)
+        model = without_massless(model, compiled.massless)
     except FileError:
         raise
     except InputError as error:

@@ -67,6 +67,8 @@ class Compiled:
     data: Any
     issues: Issues
     limits: Limits = DEFAULT
+    massless: frozenset[str] = frozenset()
+    """names of links that get a mass for the compiler alone, see `without_massless`"""
     _known_places: dict[str, dict[int, tuple[str, int | None]]] = field(default_factory=dict)
     _by_line: dict[str, dict[int | str, list[Element]]] = field(default_factory=dict)
 
@@ -209,13 +211,14 @@ def compile_file(
     """
     mujoco = import_mujoco()
     said: list[str] = []
+    massless: frozenset[str] = frozenset()
     with _warnings_to(mujoco, said):
         try:
             spec = mujoco.MjSpec.from_string(text) if text else mujoco.MjSpec.from_file(str(path))
             for texture in spec.textures:
                 _without_files(mujoco, texture)
             if root.tag == "robot":
-                prepare(spec, root, issues, floating_base, limits)
+                massless = prepare(spec, root, issues, floating_base, limits)
             if len(spec.bodies) > MANY:
                 LOG.info("%s: MuJoCo compiles %d bodies, which takes seconds", path, len(spec.bodies))
             if len(spec.bodies) > MANY or spec.memory > ARENA:
@@ -234,7 +237,7 @@ def compile_file(
         if not any(known in text for known in TOLD) and not (element and issues.lists(element)):
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
-    return Compiled(issues.path, root, mujoco, spec, model, data, issues, limits)
+    return Compiled(issues.path, root, mujoco, spec, model, data, issues, limits, massless)
 
 
 def open_compiled(path: Path, limits: Limits) -> Compiled:
