@@ -347,3 +347,25 @@ def test_what_mujoco_refuses_otherwise(tmp_path):
     assert mujoco.MjModel.from_xml_path(str(path)).nbody == 2
     assert [entry.part for entry in lost if entry.effect == "small"] == ['body "point"']
     assert again.bodies[0].mass == 2
+
+
+# Breaks when a robot looks otherwise in MuJoCo: a mesh beside a hidden collider, and a colour of a geom.
+def test_visuals(tmp_path):
+    builder = amontons.ModelBuilder()
+    builder.add_floor()
+    builder.add_body("cube", shape=amontons.shapes.Box((0.1, 0.1, 0.1)), density=500, position=(0, 0, 0.1))
+    wedge = amontons.TriangleMesh([(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0)], [(0, 1, 2)])
+    builder.add_visual("cube", wedge, position=(0, 0, 0.1), colour=(0.75, 0.25, 0.5, 1))
+    builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=500, position=(1, 0, 0.1))
+    builder.add_visual("ball", amontons.shapes.Sphere(0.1), colour=(1, 0, 0, 0.5))
+    model = builder.build()
+    again, path, lost = written(model, tmp_path)
+    assert lost == ()
+    assert len(again.geoms) == len(model.geoms)
+    seen = {v.body: v for v in again.visuals}
+    assert seen[0].colour == (0.75, 0.25, 0.5, 1)
+    corners = [seen[0].frame(tuple(corner)) for corner in seen[0].shape.vertices.tolist()]
+    assert sorted(map(tuple, np.round(corners, 6).tolist()))[-1] == (0.2, 0, 0.1)
+    assert (seen[1].shape, seen[1].colour) == (amontons.shapes.Sphere(0.1), (1, 0, 0, 0.5))
+    m = mujoco.MjModel.from_xml_path(str(path))
+    assert [m.geom_group[k] for k in range(m.ngeom)].count(3) == 1  # the box, which the wedge stands in for

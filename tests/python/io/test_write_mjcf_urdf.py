@@ -169,3 +169,30 @@ def test_angles(pitch):
     turn = amontons.from_euler("xyz", (0.4, pitch, -0.7))
     again = amontons.from_euler("xyz", roll_pitch_yaw(amontons.Transform(rotation=turn)))
     assert abs(np.dot(turn, again)) == pytest.approx(1, abs=1e-12)
+
+
+# Breaks when a robot looks otherwise to readers of URDF: a mesh on a body that starts turned, and a colour.
+def test_visuals_as_urdf(tmp_path):
+    builder = amontons.ModelBuilder()
+    turn = amontons.axis_angle((1, 2, 3), 0.4)
+    shape = amontons.shapes.Box((0.1, 0.1, 0.1))
+    builder.add_body("cube", shape=shape, density=500, position=(0, 0, 1), orientation=turn)
+    builder.add_revolute_joint("cube", point=(0, 0.3, 1), axis=(1, 0, 0))
+    corners = [(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0), (0, 0, 0.2)]
+    wedge = amontons.TriangleMesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    builder.add_visual("cube", wedge, position=(0, 0, 0.1), colour=(0.75, 0.25, 0.5, 1))
+    builder.add_visual("cube", amontons.shapes.Sphere(0.1), position=(0.1, 0, 0))
+    model = builder.build()
+    again, lost = written(model, tmp_path, ".urdf")
+    assert not [entry for entry in lost if "visual" in str(entry)]
+    mesh, ball = again.visuals
+    assert (mesh.colour, ball.shape, ball.colour) == ((0.75, 0.25, 0.5, 1), amontons.shapes.Sphere(0.1), None)
+    for one, other in zip(model.visuals, (mesh, ball), strict=True):
+        assert places(model, one) == places(again, other)
+
+
+def places(model, visual):
+    """The corners of a visual, or its centre, in the world."""
+    points = getattr(visual.shape, "vertices", np.zeros((1, 3))).astype(float).tolist()
+    frame = model.bodies[0].pose @ visual.frame
+    return sorted(tuple(round(x, 5) + 0.0 for x in frame(tuple(point))) for point in points)

@@ -19,6 +19,7 @@ from .mjcf_drives import write_couplings, write_drives, write_tendons
 from .mjcf_keyframes import write_keyframes
 from .mjcf_parts import in_order, nested, write_parts
 from .mjcf_sensors import write_sensors
+from .mjcf_visuals import write_visuals
 from .trees_out import Branch, at_start
 
 
@@ -34,9 +35,10 @@ class _Writer(Draft):
     def __init__(self, model: Model) -> None:
         super().__init__(model)
         self.meshes: dict[int, str] = {}
-        self.on: dict[int, list[Geom]] = {}
-        for geom in model.geoms:
-            self.on.setdefault(geom.body, []).append(geom)
+        self.on: dict[int, list[int]] = {}
+        self.geoms: dict[int, ET.Element] = {}
+        for k, geom in enumerate(model.geoms):
+            self.on.setdefault(geom.body, []).append(k)
 
     def written(self) -> ET.Element:
         ET.SubElement(self.root, "compiler", angle="radian", autolimits="true", balanceinertia="false")
@@ -55,6 +57,7 @@ class _Writer(Draft):
         self._shapes(WORLD)
         for branch in nested(self.trees):
             self._body(branch)
+        write_visuals(self, self.geoms)
         in_order(self)
         self.model_sites()
         self._loops()
@@ -75,8 +78,6 @@ class _Writer(Draft):
             self.lost.append(Lost("model", f'friction_rule="{rule}"; MuJoCo takes the larger one', "small"))
         if any(any(body.linear_velocity) or any(body.angular_velocity) for body in model.bodies):
             self.lost.append(Lost("model", "initial velocities", "small"))
-        if model.visuals:
-            self.lose("model", f"{len(model.visuals)} visuals", "none")
 
     def _body(self, branch: Branch) -> None:
         body = self.model.bodies[branch.body]
@@ -103,9 +104,10 @@ class _Writer(Draft):
 
     def _shapes(self, body: int) -> None:
         """The geoms of a body and of its links."""
-        for geom in self.on.get(body, []):
+        for k in self.on.get(body, []):
+            geom = self.model.geoms[k]
             element, own = self.at(body, geom.link)
-            made = self._geom(element, geom, within(own, geom.frame))
+            made = self.geoms[k] = self._geom(element, geom, within(own, geom.frame))
             if body != WORLD and element.find("inertial") is None:
                 made.set("mass", "0")  # else MuJoCo takes one from the shapes
 

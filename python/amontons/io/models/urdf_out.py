@@ -14,9 +14,11 @@ from ...errors import InputError
 from ...model import shapes
 from ...model.model import Model
 from ...model.parts import WORLD, Dof, Geom, Material
+from ...model.shapes import Shape
 from ...model.transforms import ORIGIN, Transform, rotation_matrix
+from ...model.visuals import TriangleMesh, Visual
 from .losses import Lost
-from .mjcf_out import words
+from .mjcf_draft import words
 from .trees_out import Branch, Trees, at_start, moved
 
 GRAVITY = (0.0, 0.0, -9.81)
@@ -83,7 +85,7 @@ class _Writer:
             ("boxes in a fluid", model.fluid_boxes, "large"), ("sites", model.sites, "none"),
             ("pairs of geoms with a material of their own", model.pair_materials, "small"),
             ("sensors", model.sensors, "none"), ("keyframes", model.keyframes, "none"),
-            ("visuals", model.visuals, "none"), ("links that are parts of bodies", model.links, "none"),
+            ("links that are parts of bodies", model.links, "none"),
             ("pairs that never touch", (*apart, *model.excluded_geoms), "large"),
         ):  # fmt: skip
             if things:
@@ -163,6 +165,9 @@ class _Writer:
         for geom in geoms:
             self._geom(link, geom, back)
         self._contact(link, name, [geom.material for geom in geoms])
+        for visual in self.model.visuals:
+            if visual.body == body:
+                self._visual(link, visual, back)
 
     def _contact(self, link: ET.Element, name: str, materials: Sequence[Material]) -> None:
         """Bullet's <contact>: one material for all of a link."""
@@ -184,6 +189,30 @@ class _Writer:
 
     def _geom(self, link: ET.Element, geom: Geom, back: Transform) -> None:
         shape, who = geom.shape, f'geom "{geom.name}"'
+        geometry = self._geometry(shape)
+        if geometry is None or isinstance(shape, shapes.Mesh):
+            self.lost.append(Lost(who, f"a {type(shape).__name__}, which URDF has no shape for", "large"))
+            return
+        collision = ET.SubElement(link, "collision", name=geom.name)
+        self._origin(collision, back @ geom.frame)
+        collision.append(geometry)
+        if any(geom.surface_velocity) or any(geom.surface_spin) or (geom.category, geom.mask) != (1, 1):
+            self.lost.append(Lost(who, "the velocity of its surface, category or mask", "large"))
+
+    def _visual(self, link: ET.Element, visual: Visual, back: Transform) -> None:
+        geometry = self._geometry(visual.shape)
+        if geometry is None:
+            what = f"a {type(visual.shape).__name__}, which URDF has no shape for"
+            self.lost.append(Lost(f'visual "{visual.name}"', what, "none"))
+            return
+        made = ET.SubElement(link, "visual", {"name": visual.name} if visual.name else {})
+        self._origin(made, back @ visual.frame)
+        made.append(geometry)
+        if visual.colour is not None:
+            rgba = words(*visual.colour)
+            ET.SubElement(ET.SubElement(made, "material", name=f"rgba {rgba}"), "color", rgba=rgba)
+
+    def _geometry(self, shape: Shape | TriangleMesh) -> ET.Element | None:
         geometry = ET.Element("geometry")
         if isinstance(shape, shapes.Sphere):
             ET.SubElement(geometry, "sphere", radius=words(shape.radius))
@@ -192,16 +221,11 @@ class _Writer:
         elif isinstance(shape, shapes.Cylinder | shapes.Capsule):
             tag = type(shape).__name__.lower()
             ET.SubElement(geometry, tag, radius=words(shape.radius), length=words(2 * shape.half_length))
-        elif isinstance(shape, shapes.Hull):
+        elif isinstance(shape, shapes.Hull | shapes.Mesh | TriangleMesh):
             ET.SubElement(geometry, "mesh", filename=self._mesh(shape))
         else:
-            self.lost.append(Lost(who, f"a {type(shape).__name__}, which URDF has no shape for", "large"))
-            return
-        collision = ET.SubElement(link, "collision", name=geom.name)
-        self._origin(collision, back @ geom.frame)
-        collision.append(geometry)
-        if any(geom.surface_velocity) or any(geom.surface_spin) or (geom.category, geom.mask) != (1, 1):
-            self.lost.append(Lost(who, "the velocity of its surface, category or mask", "large"))
+            return None
+        return geometry
 
     def _mesh(self, shape: Any) -> str:
         """A file .obj, which has every digit; a .stl has single precision."""
