@@ -157,7 +157,7 @@ def test_losses(tmp_path):
         "its backlash", '"rope": friction on its path', '"belt": friction on its path',
     ):  # fmt: skip
         assert what in said
-    with pytest.raises(InputError, match="has 3 degrees of freedom; URDF has joints with one"):
+    with pytest.raises(InputError, match="turns about a point; URDF has joints with axes"):
         amontons.write_model(every_part(), tmp_path / "model.urdf")
 
 
@@ -196,3 +196,36 @@ def places(model, visual):
     points = getattr(visual.shape, "vertices", np.zeros((1, 3))).astype(float).tolist()
     frame = model.bodies[0].pose @ visual.frame
     return sorted(tuple(round(x, 5) + 0.0 for x in frame(tuple(point))) for point in points)
+
+
+# Breaks when a joint with several degrees of freedom is refused, or its axes, limits or names are others in a
+# row of joints: masses and places off the start are the same.
+@pytest.mark.parametrize(
+    "name", ["mujoco/humanoid/humanoid.xml", "gymnasium/humanoid.xml", "dm_suite/fish.xml"]
+)
+def test_rows_of_joints_as_urdf(tmp_path, name):
+    if not (ROBOTS / name).is_file():
+        pytest.skip("no shared robots")
+    model = quiet(amontons.load_model, ROBOTS / name)
+    again, _ = written(model, tmp_path, ".urdf")
+    plain = [key for key, each in model.coordinates.items() if each.dof >= 0]
+    assert [key for key, each in again.coordinates.items() if each.dof >= 0] == plain
+    found = []
+    for m in (model, again):
+        simulation = amontons.Simulation(m)
+        simulation.set_q({key: 0.1 + 0.02 * k for k, key in enumerate(plain)})
+        at = [m.coordinates[key].qd.start for key in plain]
+        weights = simulation.mass_matrix()[np.ix_(at, at)] - np.diag([armature(m, key) for key in plain])
+        limits = [(dof.lower, dof.upper) for dof in (degree(m, key) for key in plain)]
+        found.append((weights, [place(simulation, body, centres=True) for body in model.body_names], limits))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+
+
+def degree(model, key):
+    coordinate = model.coordinates[key]
+    return model.joints[coordinate.joint].dofs[coordinate.dof]
+
+
+def armature(model, key):
+    return degree(model, key).armature

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...model import shapes
+from ...model.coordinates import coordinate_name
 from ...model.model import Model
 from ...model.parts import WORLD, Dof, Geom, Material
 from ...model.shapes import Shape
@@ -19,7 +20,7 @@ from ...model.transforms import ORIGIN, Transform, rotation_matrix
 from ...model.visuals import TriangleMesh, Visual
 from .losses import Lost
 from .mjcf_draft import words
-from .trees_out import Branch, Trees, at_start, moved
+from .trees_out import Branch, Trees, at_start
 
 GRAVITY = (0.0, 0.0, -9.81)
 """m/s^2, what readers of URDF take"""
@@ -43,13 +44,15 @@ class _Writer:
         self.known: dict[int, str] = {}
         self.trees = Trees(model)
         self.root = ET.Element("robot", name=path.stem)
+        self.names: dict[tuple[int, int], str] = {}
+        """of joints by those of the model and their degrees of freedom"""
         self.rooted = False
         """whether there is a link that stands for the world"""
         self.frames = {WORLD: ORIGIN}
         """of the link in the body: the origin of a link lies on the axis of its joint"""
 
     def written(self) -> ET.Element:
-        self._require_hinges()
+        self._require_axes()
         roots = sum(branch.parent == WORLD for branch in self.trees.branches)
         held = any(branch.joint is not None and branch.parent == WORLD for branch in self.trees.branches)
         self.rooted = held or roots > 1 or any(geom.body == WORLD for geom in self.model.geoms)
@@ -61,13 +64,13 @@ class _Writer:
         self._tell()
         return self.root
 
-    def _require_hinges(self) -> None:
+    def _require_axes(self) -> None:
         for branch in self.trees.branches:
             joint = None if branch.joint is None else self.model.joints[branch.joint]
-            if joint is not None and (joint.spherical or len(joint.dofs) > 1):
+            if joint is not None and joint.spherical:
                 raise InputError(
-                    f'{self.path}: joint "{joint.name}" has {len(joint.dofs) + 3 * joint.spherical} degrees '
-                    "of freedom; URDF has joints with one: write .xml or .usda"
+                    f'{self.path}: joint "{joint.name}" turns about a point; URDF has joints with axes: '
+                    "write .xml or .usda"
                 )
 
     def _tell(self) -> None:
@@ -105,29 +108,47 @@ class _Writer:
         self._link(body.name, branch.body)
 
     def _joint(self, branch: Branch) -> None:
+        """The joint of a body; one of several degrees of freedom is a row of joints and massless links."""
         j = branch.joint or 0
-        joint, start = self.model.joints[j], self.trees.start[j]
-        child, parent = (b if b == WORLD else self.model.bodies[b] for b in (branch.body, branch.parent))
-        above = ORIGIN if branch.parent == WORLD else self.model.bodies[branch.parent].pose
-        pose = above.inverse() @ self.model.bodies[branch.body].pose
-        made = ET.SubElement(self.root, "joint", name=joint.name)
+        joint = self.model.joints[j]
+        child, parent = (
+            "world" if b == WORLD else self.model.bodies[b].name for b in (branch.body, branch.parent)
+        )
+        ends = (joint.frame_b, joint.frame_a)
+        pose = ends[branch.turned] @ ends[not branch.turned].inverse()  # at zero coordinates
+        place = self.frames[branch.parent].inverse() @ pose
+        parts = list(at_start(joint, np.zeros(len(joint.dofs)), branch.turned))
         own = ORIGIN
-        for k, axis, anchor, q in at_start(joint, start, branch.turned):
-            dof = joint.dofs[k]
-            own = Transform(anchor)
-            back = Dof(dof.kind, axis, anchor)
-            pose = pose @ moved(back, -q)  # at zero
+        for k, axis, anchor, _ in parts:
+            dof, name = joint.dofs[k], coordinate_name(joint, k)
+            frame = Transform(anchor)
+            link = child if k == parts[-1][0] else self._massless(f"{name} link")
+            made = self._between(name, parent, link, place @ frame)
+            place, parent = frame.inverse(), link
             ET.SubElement(made, "axis", xyz=words(axis))
-            self._dof(made, dof, joint.name)
-        if not joint.dofs:
-            made.set("type", "fixed")
+            self._dof(made, dof, name)
+            self.names[j, k] = name
+            own = frame
+        if not parts:
+            self._between(joint.name, parent, child, place).set("type", "fixed")
         self.frames[branch.body] = own
-        ET.SubElement(made, "parent", link="world" if parent == WORLD else parent.name)  # type: ignore[union-attr]
-        ET.SubElement(made, "child", link=child.name)  # type: ignore[union-attr]
-        self._origin(made, self.frames[branch.parent].inverse() @ pose @ own)
         pair = tuple(sorted((branch.body, branch.parent)))
         if joint.collide and branch.parent != WORLD and pair not in self.model.excluded_bodies:
             self.lost.append(Lost(f'joint "{joint.name}"', "that its two links touch", "small"))
+
+    def _between(self, name: str, parent: str, child: str, place: Transform) -> ET.Element:
+        made = ET.SubElement(self.root, "joint", name=name)
+        ET.SubElement(made, "parent", link=parent)
+        ET.SubElement(made, "child", link=child)
+        self._origin(made, place)
+        return made
+
+    def _massless(self, name: str) -> str:
+        taken = {link.get("name") for link in self.root if link.tag == "link"}
+        while name in taken or any(body.name == name for body in self.model.bodies):
+            name += "_"
+        ET.SubElement(self.root, "link", name=name)
+        return name
 
     def _dof(self, made: ET.Element, dof: Dof, name: str) -> None:
         free = math.isinf(dof.lower) and math.isinf(dof.upper)
@@ -239,9 +260,8 @@ class _Writer:
     def _mimics(self) -> None:
         by_name = {made.get("name"): made for made in self.root if made.tag == "joint"}
         for coupling in self.model.couplings:
-            names = [
-                self.model.joints[j].name if j >= 0 else "" for j in (coupling.joint_a, coupling.joint_b)
-            ]
+            ends = ((coupling.joint_a, coupling.dof_a), (coupling.joint_b, coupling.dof_b))
+            names = [self.names.get(end, "") for end in ends]
             made = by_name.get(names[0])
             if made is None or names[1] not in by_name or len(coupling.coefficients) > 2:
                 what = "a coupling that is no line between two joints"
