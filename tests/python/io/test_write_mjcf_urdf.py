@@ -229,3 +229,30 @@ def degree(model, key):
 
 def armature(model, key):
     return degree(model, key).armature
+
+
+# Breaks when links of a URDF lose name, mass, place or fixed joint, or what hangs on them hangs elsewhere.
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bullet3/r2d2", "bullet3/racecar/racecar", "bullet3/quadruped/minitaur",
+        "example-robot-data/robots/laikago_description/urdf/laikago",
+        "example-robot-data/robots/solo_description/robots/solo12",
+    ],
+)  # fmt: skip
+def test_links_as_urdf(tmp_path, name):
+    if not (ROBOTS / f"{name}.urdf").is_file():
+        pytest.skip("no shared robots")
+    model = quiet(amontons.load_model, ROBOTS / f"{name}.urdf")
+    again, lost = written(model, tmp_path, ".urdf")
+    assert not [entry for entry in lost if "links" in str(entry)]
+    assert again.link_names == model.link_names
+    found = []
+    for m in (model, again):
+        simulation = amontons.Simulation(m)
+        # Frames of bodies are on their axes in a URDF that amontons wrote; those of links stay.
+        places = [simulation.link(link.name)["position"] for link in m.links]
+        found.append((places, [link.mass for link in m.links], [body.mass for body in m.bodies]))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+    assert [(link.joint, link.carrier) for link in model.links] == [(k.joint, k.carrier) for k in again.links]

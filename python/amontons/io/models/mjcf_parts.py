@@ -11,6 +11,7 @@ import numpy as np
 from ...checks import Matrix3, Vector3
 from ...model.links import Link
 from ...model.mass import MassProperties
+from ...model.model import Model
 from ...model.parts import OWN, Body
 from .mjcf_draft import Draft, placed, within, words
 from .trees_out import Branch, Trees
@@ -27,20 +28,27 @@ def write_parts(draft: Draft, body: int) -> None:
     """The mass of a body, and its links with theirs; one solid where MuJoCo cannot have them apart."""
     whole = draft.model.bodies[body]
     links = [(k, link) for k, link in enumerate(draft.model.links) if link.body == body]
-    own = _without(whole, [link for _, link in links])
-    solids = [own, *(_solid(link) for _, link in links)]
+    own = divided(draft.model, body)
     element = draft.elements[body, OWN]
-    divided = whole.motion == "dynamic" and all(solid is not None for solid in solids)
-    if links and not divided:
+    if links and own is None:
         draft.lose(f'body "{whole.name}"', f"names of {len(links)} links that are parts of it", "none")
-    _inertial(element, own if links and divided and own else _with_moments(draft, whole))
+    _inertial(element, own if own is not None else _with_moments(draft, whole))
     _float(element, whole)
-    for k, link in links if divided else []:
+    for k, link in links if own is not None else []:
         above, frame = draft.at(body, link.carrier)
         made = placed(ET.SubElement(above, "body", name=link.name), within(frame, link.frame))
         draft.elements[body, k] = made
         _inertial(made, _solid(link))
         _float(made, whole)
+
+
+def divided(model: Model, body: int) -> MassProperties | None:
+    """A body without its links; None where it has none, or they and it are not all solids by themselves."""
+    whole = model.bodies[body]
+    links = [link for link in model.links if link.body == body]
+    if not links or whole.motion != "dynamic" or any(_solid(link) is None for link in links):
+        return None
+    return _without(whole, links)
 
 
 def _float(element: ET.Element, body: Body) -> None:

@@ -13,13 +13,16 @@ import numpy as np
 from ...errors import InputError
 from ...model import shapes
 from ...model.coordinates import coordinate_name
+from ...model.links import Link
+from ...model.mass import MassProperties
 from ...model.model import Model
-from ...model.parts import WORLD, Dof, Geom, Material
+from ...model.parts import OWN, WORLD, Dof, Geom, Material
 from ...model.shapes import Shape
 from ...model.transforms import ORIGIN, Transform, rotation_matrix
 from ...model.visuals import TriangleMesh, Visual
 from .losses import Lost
 from .mjcf_draft import words
+from .mjcf_parts import divided
 from .trees_out import Branch, Trees, at_start
 
 GRAVITY = (0.0, 0.0, -9.81)
@@ -50,6 +53,9 @@ class _Writer:
         """whether there is a link that stands for the world"""
         self.frames = {WORLD: ORIGIN}
         """of the link in the body: the origin of a link lies on the axis of its joint"""
+        own = {k: divided(model, k) for k in range(len(model.bodies))}
+        self.divided = {k: solid for k, solid in own.items() if solid is not None and solid.mass > 0}
+        """bodies without their links, of those whose links are links of the file"""
 
     def written(self) -> ET.Element:
         self._require_axes()
@@ -83,12 +89,13 @@ class _Writer:
             self.lost.append(Lost("model", "the initial pose; links stand at zero coordinates", "small"))
         joined = {tuple(sorted((b.body, b.parent))) for b in self.trees.branches}
         apart = [pair for pair in model.excluded_bodies if tuple(sorted(pair)) not in joined]
+        merged = [link for link in model.links if link.body not in self.divided]
         for what, things, effect in (
             ("actuators", model.actuators, "large"), ("tendons", model.tendons, "large"),
             ("boxes in a fluid", model.fluid_boxes, "large"), ("sites", model.sites, "none"),
             ("pairs of geoms with a material of their own", model.pair_materials, "small"),
             ("sensors", model.sensors, "none"), ("keyframes", model.keyframes, "none"),
-            ("links that are parts of bodies", model.links, "none"),
+            ("links that are parts of bodies", merged, "none"),
             ("pairs that never touch", (*apart, *model.excluded_geoms), "large"),
         ):  # fmt: skip
             if things:
@@ -110,13 +117,17 @@ class _Writer:
     def _joint(self, branch: Branch) -> None:
         """The joint of a body; one of several degrees of freedom is a row of joints and massless links."""
         j = branch.joint or 0
-        joint = self.model.joints[j]
+        joint, model_links = self.model.joints[j], self.model.links
         child, parent = (
             "world" if b == WORLD else self.model.bodies[b].name for b in (branch.body, branch.parent)
         )
         ends = (joint.frame_b, joint.frame_a)
         pose = ends[branch.turned] @ ends[not branch.turned].inverse()  # at zero coordinates
-        place = self.frames[branch.parent].inverse() @ pose
+        carrier = joint.link_a if branch.turned else joint.link_b
+        if branch.parent in self.divided and carrier != OWN:
+            parent, place = model_links[carrier].name, model_links[carrier].frame.inverse() @ pose
+        else:
+            place = self.frames[branch.parent].inverse() @ pose
         parts = list(at_start(joint, np.zeros(len(joint.dofs)), branch.turned))
         own = ORIGIN
         for k, axis, anchor, _ in parts:
@@ -176,18 +187,46 @@ class _Writer:
             part = self.model.bodies[body]
             if part.gravity_scale != 1:
                 self.lost.append(Lost(f'body "{name}"', f"gravity_scale={part.gravity_scale:g}", "large"))
-            inertial = ET.SubElement(link, "inertial")
-            self._origin(inertial, Transform(back(part.centre_of_mass)))
-            ET.SubElement(inertial, "mass", value=words(part.mass))
-            m = part.inertia
-            names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-            ET.SubElement(inertial, "inertia", {key: words(m[r][c]) for key, (r, c) in names.items()})
-        geoms = [geom for geom in self.model.geoms if geom.body == body]
+            whole = MassProperties(part.mass, part.centre_of_mass, part.inertia)
+            self._inertial(link, self.divided.get(body, whole), back)
+        self._looks(link, name, body, OWN, back)
+        for k, own_link in enumerate(self.model.links if body in self.divided else ()):
+            if own_link.body == body:
+                self._part(k, own_link, name)
+
+    def _part(self, k: int, part: Link, body: str) -> None:
+        """A link that a fixed joint holds on its carrier."""
+        above, frame = body, self.frames[part.body]
+        if part.carrier != OWN:
+            above, frame = self.model.links[part.carrier].name, self.model.links[part.carrier].frame
+        name = part.joint or f"{part.name}_fixed"
+        self._between(name, above, part.name, frame.inverse() @ part.frame).set("type", "fixed")
+        link = ET.SubElement(self.root, "link", name=part.name)
+        # Without <inertial> its shapes would give it a mass.
+        self._inertial(link, MassProperties(part.mass, part.centre_of_mass, part.inertia), ORIGIN)
+        self._looks(link, part.name, part.body, k, part.frame.inverse())
+
+    def _inertial(self, link: ET.Element, solid: MassProperties, back: Transform) -> None:
+        """back: from the frame of the solid to that of the link, which are parallel."""
+        inertial = ET.SubElement(link, "inertial")
+        self._origin(inertial, Transform(back(solid.centre_of_mass)))
+        ET.SubElement(inertial, "mass", value=words(solid.mass))
+        m = solid.inertia
+        names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        ET.SubElement(inertial, "inertia", {key: words(m[r][c]) for key, (r, c) in names.items()})
+
+    def _looks(self, link: ET.Element, name: str, body: int, part: int, back: Transform) -> None:
+        """The geoms and visuals of a link, or of a body with all its links where they are one."""
+
+        def is_on(thing: Geom | Visual) -> bool:
+            return thing.body == body and (body not in self.divided or thing.link == part)
+
+        geoms = [geom for geom in self.model.geoms if is_on(geom)]
         for geom in geoms:
             self._geom(link, geom, back)
         self._contact(link, name, [geom.material for geom in geoms])
         for visual in self.model.visuals:
-            if visual.body == body:
+            if is_on(visual):
                 self._visual(link, visual, back)
 
     def _contact(self, link: ET.Element, name: str, materials: Sequence[Material]) -> None:
