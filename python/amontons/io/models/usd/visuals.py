@@ -80,7 +80,7 @@ class _Reader:
     def _shape(self, prim: Any, frame: Transform) -> tuple[Shape | TriangleMesh, Transform]:
         if prim.GetTypeName() == "Mesh":
             mesh, at = self.shapes.surface(prim, frame)
-            return TriangleMesh(mesh.vertices, mesh.triangles), at
+            return TriangleMesh(mesh.vertices.astype(np.float32), mesh.triangles), at
         found = self.shapes.read(prim, frame, moves=False)
         if found is None or isinstance(found[0], Plane):
             raise InputError("not shown")
