@@ -5,7 +5,7 @@ import warnings
 
 import amontons
 import pytest
-from amontons import FileError, InputError
+from amontons import FileError, InputError, UnsupportedWarning
 from every_part import every_part
 
 pytest.importorskip("mujoco")
@@ -268,3 +268,14 @@ def test_nothing_partial_is_written(tmp_path, name):
         amontons.write_model(every_part(), path)
     assert [p.name for p in tmp_path.iterdir()] == ([path.name] if path.parent == tmp_path else [])
     assert path.parent != tmp_path or path.read_text() == "what was there"
+
+
+# Breaks when a file of a later SDF is refused, or read unsaid.
+def test_later_sdf(tmp_path):
+    path = tmp_path / "model.sdf"
+    path.write_text(SDF.replace("1.9", "1.99"))
+    with pytest.warns(
+        UnsupportedWarning, match="a version after 1.12, whose new elements are not known here"
+    ):
+        model = amontons.load_model(path, strict=True)
+    assert [entry.effect for entry in model.unread] == ["none"]

@@ -208,7 +208,9 @@ class _Writer(Draft):
             name = self.meshes[id(shape)] = f"mesh_{len(self.meshes)}"
             # The mass is that of <inertial>; a hull does not need the triangles of a closed surface.
             made = ET.SubElement(self.sections["asset"], "mesh", name=name, inertia="convex")
-            made.set("vertex", words(thick(shape.vertices)))  # MuJoCo refuses a flat one
+            # MuJoCo refuses a flat one, which a hull never is.
+            points = shape.vertices if isinstance(shape, shapes.Hull) else thick(shape.vertices)
+            made.set("vertex", words(points))
         return self.meshes[id(shape)]
 
     def _field(self, made: ET.Element, frame: Transform, field: shapes.HeightField) -> None:
