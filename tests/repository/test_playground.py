@@ -9,16 +9,33 @@ import amontons
 import make_playground
 import numpy as np
 import pytest
+from amontons import shapes
 
 STEPS = 200
+# Half the size of the box around each body at the start, in its own axes.
+BOXES = """playground.stage.groups.map((group) => {
+  const mesh = group.children[0];
+  mesh.geometry.computeBoundingBox();
+  const { min, max } = mesh.geometry.boundingBox;
+  return [max.x - min.x, max.y - min.y, max.z - min.z].map((length) => length / 2);
+})"""
 NAMES = [example.scene for example in make_playground.EXAMPLES]
+
+
+def built(root, path):
+    """A file that make playground makes; the test is skipped where a source is newer."""
+    file = root / path
+    if not file.exists():
+        pytest.skip("the playground is not built: make playground")
+    sources = [p for folder in ("include", "src", "playground") for p in (root / folder).rglob("*.?p*")]
+    if max(p.stat().st_mtime for p in sources) > file.stat().st_mtime:
+        pytest.skip("the playground is older than its sources: make playground")
+    return file
 
 
 @pytest.fixture(scope="module")
 def engine(root):
-    file = root / "build" / "playground" / "engine.js"
-    if not file.exists():
-        pytest.skip("the playground is not built: make playground")
+    file = built(root, "build/playground/engine.js")
     if not shutil.which("node"):
         pytest.skip("no node to run the playground with")
     return file
@@ -59,10 +76,7 @@ def test_bits_are_those_of_the_native_engine(states, scenes, tmp_path, k):
 
 @pytest.fixture(scope="module")
 def page_file(root):
-    file = root / "out" / "playground" / "index.html"
-    if not file.exists():
-        pytest.skip("the playground is not built: make playground")
-    return file
+    return built(root, "out/playground/index.html")
 
 
 @pytest.fixture(scope="module")
@@ -162,6 +176,57 @@ def test_sliders_change_the_world(page):
     page.click("#step")
     assert page.evaluate("playground.world.report().time") == pytest.approx(time + 60 * 0.005 + 0.01)
     assert before != page.evaluate("playground.world.poses()[2]")
+
+
+# Breaks when a shape of a model is not drawn, or not where it is.
+def test_all_shapes_are_drawn(page, tmp_path):
+    builder = amontons.ModelBuilder()
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    for fixed in (
+        shapes.Plane(),
+        shapes.Mesh(corners, faces),
+        shapes.HeightField(np.zeros((3, 4)), size_x=2.0, size_y=1.0),
+    ):
+        builder.add_geom(None, fixed)
+    moving = (
+        shapes.Sphere(0.5),
+        shapes.Ellipsoid((0.5, 0.3, 0.2)),
+        shapes.Box((0.5, 0.3, 0.2)),
+        shapes.Capsule(0.2, 0.3),
+        shapes.Cylinder(0.2, 0.5),
+        shapes.Hull(corners),
+    )
+    for k, shape in enumerate(moving):
+        builder.add_body(f"body {k}", position=(3 * k, 0, 2), shape=shape, density=1000)
+    model = tmp_path / "shapes.json"
+    amontons.write_model(builder.build(), model)
+    page.set_input_files("#file", model)
+    page.wait_for_function("playground.world.bodies === 6")
+    assert page.evaluate("playground.stage.world.children.length") == 3
+    boxes = page.evaluate(BOXES)
+    # Half the extent along each axis; the origin of the hull's body is its centre of mass.
+    assert np.allclose(
+        boxes[:5], [[0.5] * 3, [0.5, 0.3, 0.2], [0.5, 0.3, 0.2], [0.2, 0.2, 0.5], [0.2, 0.2, 0.5]]
+    )
+    assert np.allclose(boxes[5], [0.5] * 3)
+
+
+# Breaks when the example of the document does not run.
+def test_example_of_the_document_runs(root, engine, tmp_path):
+    text = (root / "docs" / "playground.md").read_text().split("```js\n")[1].split("```")[0]
+    model = tmp_path / "model.json"
+    amontons.write_model(amontons.scenes.make("stack", boxes=2), model)
+    script = text.replace('"model.json"', json.dumps(str(model)))
+    done = subprocess.run(["node", "-e", script], cwd=root, capture_output=True, text=True, timeout=100)
+    assert "sound: true" in done.stdout, done.stderr
+
+
+# Breaks when a machine without emscripten gets a traceback instead of what to install.
+def test_what_is_missing_is_named(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(SystemExit, match="emcmake.*apt-get install emscripten npm"):
+        make_playground.main()
 
 
 # Breaks when a model of the user is not read, or a fault of it is not told.
