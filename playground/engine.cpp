@@ -141,8 +141,9 @@ EXPORTED void reset_world(World* w) {
   w->pull = {};
 }
 
-// Makes one step; 1 if the state moved on.
+// Makes one step; 1 if the state moved on. Velocities that are not finite give 0 without a message.
 EXPORTED int step_world(World* w) {
+  last_message.clear();
   return guarded([&]() -> int {
     load_spring(*w);
     w->report = w->simulation->step();
