@@ -136,7 +136,7 @@ def test_page_steps_and_resets(page):
 
 
 # Breaks when a pointer on a body does not pull it, or does not let go of it.
-def test_pointer_pulls_a_brick(page):
+def test_pointer_pulls_a_box(page):
     page.select_option("#scene", label="Stack")
     page.click("#reset")
     top = "Array.from(playground.world.poses().subarray(7 * 6, 7 * 6 + 3))"
