@@ -56,6 +56,12 @@ GROUPS = (
     ),
     Group("OpenCL on the processor", r"pyopencl|OpenCL driver", "make pocl", has_pocl),
     Group("the site", r"site is not built|griffe|latex2mathml|cxxheaderparser", "make docs"),
+    Group(
+        "the engine of pages",
+        r"playground",
+        "apt-get install emscripten npm (as root), make playground",
+        lambda: False,
+    ),
     Group("notebooks", r"amontons\[docs\]", "make docs"),
     Group("the compiled module of a build folder", r"build/python is not there", "make install"),
     Group("ffmpeg", r"ffmpeg", "apt-get install ffmpeg (as root)", lambda: bool(shutil.which("ffmpeg"))),

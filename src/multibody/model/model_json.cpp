@@ -159,7 +159,10 @@ class Reader {
     if (!p.value.is_object()) p.fail("give an object");
     if constexpr (std::is_same_v<T, Geom>)
       if (!p.value.contains("shape")) p.fail("there is no \"shape\"");
-    for (const auto& [key, value] : p.value.items()) {
+    // Lambdas of Clang before 16 capture no structured bindings.
+    for (const auto& item : p.value.items()) {
+      const std::string& key = item.key();
+      const auto& value = item.value();
       const auto take = [&](const auto& field) {
         if (key != field.name) return false;
         if (!value.is_null()) read({value, &p, field.name}, part.*field.member);

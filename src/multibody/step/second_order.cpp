@@ -150,7 +150,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   find_near_contacts(in, touching, near);
-  const auto touched = [&](Index body) { return body >= 0 && near[body]; };
+  const auto touched = [&scratch](Index body) { return body >= 0 && scratch.near[body]; };
   Index joint = -1;
   bool smooth = true;
   JointSlip out;
