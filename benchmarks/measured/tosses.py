@@ -19,8 +19,11 @@ from typing import Any
 import amontons
 import numpy as np
 from amontons.shapes import Box, Sphere
-from beside import in_amontons, in_drake, in_mujoco, in_pybullet
-from beside.engine import Array, Engine, Subject, Unsupported
+from beside.engine import Engine, python_of
+from beside.measure import Array
+from beside.plain import Unsupported
+from beside.scenes import plain
+from beside.variant import Variant
 from scipy.spatial.transform import Rotation
 
 OURS = "amontons"
@@ -130,7 +133,7 @@ class Entrant:
         """Means over a toss: of the position (% of the edge) and of the orientation (deg)."""
         corners = self.engine.name.startswith("Drake")
         model = cube(toss.rows[0], self.friction, self.restitution, corners)
-        running = self.engine.start(Subject(model), 1 / RATE / self.steps)
+        running = self.engine.start(plain(model), 1 / RATE / self.steps)
         positions, quaternions = [], []
         for _ in toss.rows[1:]:
             running.advance(self.steps)
@@ -154,20 +157,21 @@ def compare(rows: Array, positions: Array, quaternions: Array) -> tuple[float, f
     return 100 * float(distance.mean()) / EDGE, float(angle.mean())
 
 
-def engines() -> Iterator[Engine]:
-    """Ours and those that are installed, with their default settings; MuJoCo also with its round cone.
+ENGINES = (
+    ("amontons", Variant(OURS, {"tolerance": 1e-6})),
+    ("mujoco", Variant("MuJoCo, pyramid")),
+    ("mujoco", Variant("MuJoCo, round cone", {"option": 'cone="elliptic"'})),
+    ("pybullet", Variant("PyBullet")),
+    # With its default, "lagged", a cube of stiff points stops where it lands at these steps.
+    ("drake", Variant("Drake, sap", {"approximation": "sap"})),
+)
 
-    Drake runs with "sap". With its default, "lagged", a cube of stiff points stops where it lands at these
-    steps.
-    """
-    yield from (replace(found, name=OURS) for found in itertools.islice(in_amontons.engines(), 1))
-    for found in in_mujoco.engines():
-        if not found.tuned:
-            yield replace(found, name="MuJoCo, pyramid")
-            yield in_mujoco.engine("MuJoCo, round cone", in_mujoco.Settings(option='cone="elliptic"'))
-    yield from itertools.islice(in_pybullet.engines(), 1)
-    for _ in itertools.islice(in_drake.engines(), 1):
-        yield in_drake.engine("Drake, sap", approximation="sap")
+
+def engines() -> Iterator[Engine]:
+    """Ours and those that are installed, with their default settings; MuJoCo also with its round cone."""
+    for key, variant in ENGINES:
+        if python := python_of(key):
+            yield Engine(key, variant, python)
 
 
 def fitted(entrant: Entrant, tosses: Sequence[Toss]) -> Entrant:

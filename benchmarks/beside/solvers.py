@@ -1,0 +1,139 @@
+"""The same contact problems solved by Siconos and by us: what is solved under our residual, and in what time.
+
+    python -m beside.solvers [--quick] [--data FOLDER] [--out FOLDER]
+
+Run it in benchmarks/. The problems are the FCLIB files without bilateral rows. Siconos is that of Debian's
+python3-siconos, or of build/engines/siconos. Every solver is asked for 1e-4, 1e-6 and 1e-8 by its own
+measure; a tolerance that took too long is not followed by a tighter one. Writes solvers.csv.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import amontons
+import numpy as np
+import scipy.sparse as sp
+from common import RESULTS, arguments, read, tracked, use_one_core, with_folders, write_csv
+
+from .engine import ENVIRONMENTS, Worker
+from .plain import Unsupported
+
+SOLVERS = ("NSGS", "ADMM", "NSN_AC")
+"""Of Siconos: Gauss-Seidel over contacts, ADMM, the nonsmooth Newton method of Alart and Curnier."""
+TOLERANCES = (1e-4, 1e-6, 1e-8)
+DEADLINE = 5.0
+"""s of one solve"""
+QUICK_STRIDE = 14
+Row = dict[str, Any]
+
+
+def interpreter() -> str | None:
+    """That has Siconos."""
+    for python in (str(ENVIRONMENTS / "siconos" / "bin" / "python"), "/usr/bin/python3"):
+        if Path(python).exists():
+            found = subprocess.run([python, "-c", "import siconos.numerics"], capture_output=True)
+            if found.returncode == 0:
+                return python
+    return None
+
+
+class Siconos:
+    """Its process, which a solve without end takes with it."""
+
+    def __init__(self, python: str, folder: Path) -> None:
+        self.python, self.folder = python, folder
+        self.worker = Worker(python, "beside.siconos_worker")
+        self.version = self.worker.ask(version=True)["version"]
+
+    def read(self, problem: amontons.Problem) -> None:
+        A = problem.A.to_sparse() if isinstance(problem.A, amontons.Factored) else problem.A
+        matrix = sp.coo_array(A)
+        np.savez(
+            self.folder / "problem.npz",
+            row=matrix.row, col=matrix.col, value=matrix.data, q=problem.b, mu=problem.mu,
+        )  # fmt: skip
+        if not self.worker.lives():
+            self.worker = Worker(self.python, "beside.siconos_worker")
+        self._load()
+
+    def _load(self) -> None:
+        self.worker.ask(problem=str(self.folder / "problem.npz"))
+
+    def error(self, impulses: np.ndarray[Any, Any], tolerance: float) -> float:
+        """By Siconos' measure."""
+        np.save(self.folder / "judged.npy", impulses)
+        found = self.worker.ask(judge=str(self.folder / "judged.npy"), tolerance=tolerance)
+        return float(found["error"])
+
+    def solve(self, solver: str, tolerance: float) -> tuple[dict[str, Any], np.ndarray[Any, Any]]:
+        out = self.folder / "impulses.npy"
+        if not self.worker.lives():
+            self.worker = Worker(self.python, "beside.siconos_worker")
+            self._load()
+        found = self.worker.ask(patience=DEADLINE, solver=solver, tolerance=tolerance, out=str(out))
+        return found, np.load(out)
+
+
+def rows_of(path: Path, problem: amontons.Problem, siconos: Siconos) -> Iterator[Row]:
+    """A row per solver and tolerance."""
+
+    def row(solver: str, tolerance: float, **more: Any) -> Row:
+        empty = {"time": "", "solved": False, "error": "", "residual": ""}
+        return {"file": path.name, "contacts": problem.contacts, "solver": solver,
+                "tolerance": tolerance, **empty, **more}  # fmt: skip
+
+    siconos.read(problem)
+    for tolerance in TOLERANCES:
+        s = problem.solve(law="coulomb", tolerance=tolerance, deadline=DEADLINE)
+        yield row("amontons", tolerance, time=s.time, solved=s.residual <= tolerance,
+                  error=siconos.error(s.x, tolerance), residual=s.residual,
+                  version=amontons.__version__)  # fmt: skip
+    for solver in SOLVERS:
+        late = False
+        for tolerance in TOLERANCES:
+            more: Row = {}
+            if not late:
+                try:
+                    more, impulses = siconos.solve(solver, tolerance)
+                    more["error"] = siconos.error(impulses, tolerance)
+                    more["residual"] = problem.residual(impulses, law="coulomb")
+                except Unsupported:
+                    late = True
+            yield row(f"Siconos {solver}", tolerance, **more, version=siconos.version)
+
+
+def main() -> None:
+    options = arguments(__doc__).parse_args()
+    named = options.out
+    options = with_folders(options)
+    if options.complete and named is None:
+        options.out = RESULTS / "beside"
+    paths = sorted((options.data / "fclib").glob("*.hdf5"))[:: QUICK_STRIDE if options.quick else 1]
+    python = interpreter()
+    if python is None or not paths:
+        print(f"solvers: skipped, {'no files' if python else 'Siconos is not installed (python3-siconos)'}")
+        return
+    use_one_core()
+    found: list[Row] = []
+    with TemporaryDirectory() as folder:
+        siconos = Siconos(python, Path(folder))
+        for path in tracked(paths, "solvers"):
+            problem = read(path)
+            if problem.rows != 3 * problem.contacts:
+                print(f"solvers: {path.name} has bilateral rows, which these solvers do not take")
+                continue
+            found += rows_of(path, problem, siconos)
+            write_csv(options.out / "solvers.csv", found)
+        siconos.worker.end()
+
+
+if __name__ == "__main__":
+    main()
