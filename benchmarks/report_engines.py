@@ -127,6 +127,14 @@ def solver_table(r: Results) -> str:
     return table(header, lines)
 
 
+def load(r: Results) -> str:
+    """On what machine the times were measured, and what ran beside."""
+    machines = ", ".join(dict.fromkeys(row["machine"] for row in r.beside))
+    loads = [float(row["load"]) for row in r.beside]
+    programs = f"{median(loads):.2g} programs at work (median), {max(loads):.2g} at most"
+    return f"Times: one core of an {machines}; {programs}. On an idle machine it is one or two."
+
+
 def growth_table(r: Results) -> str:
     """A line per family and engine: ms a step by size, and the exponent."""
     exponents = {(row["family"], row["engine"]): float(row["exponent"]) for row in r.exponents}
@@ -185,7 +193,7 @@ def deadline_table(r: Results) -> str:
 
 def curves(r: Results, link: str) -> str:
     """What docs/engine-curves.md shows."""
-    parts = ["## Least error of each engine", r.origin("beside.csv"), summary_table(r)]
+    parts = ["## Least error of each engine", r.origin("beside.csv"), load(r), summary_table(r)]
     parts += ["## Settings", settings_table(r)]
     if r.solvers:
         parts += ["## Solvers, table", r.origin("solvers.csv"), solver_table(r)]

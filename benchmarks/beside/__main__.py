@@ -1,7 +1,7 @@
 """The same scenes in every engine that is installed: what a step costs, and what is left of the law.
 
     python -m beside [--engines NAME ...] [--scenes NAME ...] [--quick] [--steps N ...] [--limit S]
-                     [--check beside.csv] [--list]
+                     [--check beside.csv] [--renew-times] [--list]
 
 Run it in benchmarks/. Each engine runs in an environment of its own (`python -m beside.install`). All engines
 of a scene run in turns, part by part, on one core, so that whatever slows the machine slows all of them.
@@ -11,6 +11,8 @@ cost against error; beside_profile.png.
 
 It writes to results/beside and docs/figures; the quick run, and one with --out, elsewhere.
 
+--renew-times: runs what the table has once more and writes its times only. That takes about eight minutes,
+and wants a core of its own; errors keep their rows.
 --steps: steps of the scene's time step, 1 and 4 by default.
 --check: the exit status is 1 if our time over that of MuJoCo is more than twice what it is in a file of
 results, for any scene of both, and still so when that is run again.
@@ -24,6 +26,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import warnings
+from collections.abc import Sequence
+from typing import Any
 
 import amontons
 from common import (
@@ -41,8 +45,10 @@ from common import (
 from .compete import REFERENCE, checked, compete, shown
 from .engine import NAMES, Engine, engines, stop
 from .figure import draw
+from .renew import LIMIT as RENEW_LIMIT
+from .renew import renew
 from .rows import merged, unlike_defaults
-from .scenes import cases
+from .scenes import Case, cases
 
 LIMIT, QUICK_LIMIT = 4.0, 1.5
 """s of processor time of one engine for one scene; then it makes no further part, and none after the first if
@@ -57,6 +63,17 @@ def chosen_engines(keys: list[str]) -> list[Engine]:
     return found
 
 
+def renew_times(chosen: Sequence[Case], keys: Sequence[str], limit: float, path: Path) -> None:
+    """Writes the table after each scene, so that a run that is stopped keeps what it has."""
+    rows: list[Any] = read_csv(path)
+    for case in tracked(chosen, "times"):
+        for each in dict.fromkeys(row["steps_per_dt"] for row in rows):
+            mine = [r for r in rows if (r["scene"], r["steps_per_dt"]) == (case.key, each)]
+            if mine:
+                renew(case, mine, engines(*keys), limit)
+        write_csv(path, merged(rows, []))
+
+
 def main() -> int:
     parser = arguments(__doc__)
     parser.add_argument(
@@ -68,6 +85,7 @@ def main() -> int:
     )
     parser.add_argument("--limit", type=float, help="s of processor time of a setting on a scene")
     parser.add_argument("--check", type=Path, help="beside.csv of an earlier run")
+    parser.add_argument("--renew-times", action="store_true", help="times of the rows that are there")
     parser.add_argument("--list", action="store_true", help="scenes and engines, and nothing else")
     options = parser.parse_args()
     every = cases()
@@ -94,6 +112,11 @@ def main() -> int:
     keys = options.engines or (["amontons", "mujoco", "dart"] if options.quick or options.check else [])
     steps = [1] if options.quick or options.check else options.steps
     path = options.out / "beside.csv"
+    if options.renew_times:
+        renew_times(chosen, options.engines, options.limit or RENEW_LIMIT, path)
+        stop()
+        draw(read_csv(path), options.figures)
+        return 0
     rows = read_csv(path)
     for case in tracked(chosen, "beside"):
         found = [row for each in steps for row in compete(case, chosen_engines(keys), limit, each)]

@@ -123,7 +123,8 @@ def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: S
         "steps": steps * len(entry.times), "step": mean, "cost": mean / dt,
         "ratio": median(a / b for a, b in pairs) if pairs else "",
         **entry.measure.verdict(done), "restored": entry.restored, "ended": "" if done == 1 else entry.why,
-        "machine": processor(), "load": round(os.getloadavg()[0], 1), "date": date.today().isoformat(),
+        "timed": steps * len(entry.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
+        "timed_on": date.today().isoformat(), "date": date.today().isoformat(),
     }  # fmt: skip
 
 

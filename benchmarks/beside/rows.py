@@ -18,13 +18,16 @@ def key(row: Row) -> tuple[str, str, str]:
 
 
 def merged(before: Iterable[Row], found: Sequence[Row]) -> list[Any]:
-    """New rows replace those of the same scene, engine and step, and all of a setting that is no more."""
+    """New rows replace those of the same scene, engine and step, and all of a setting that is no more. A
+    column that older rows lack is blank there."""
     order = {c.key: k for k, c in enumerate(cases())}
     names = [v.name for n in NAMES for v in adapter(n).VARIANTS]
     rows = {key(r): r for r in before if r["scene"] in order and r["engine"] in names}
     rows |= {key(r): r for r in found}
+    columns = dict.fromkeys(column for r in [*found, *rows.values()] for column in r)
     return sorted(
-        rows.values(), key=lambda r: (order[r["scene"]], names.index(r["engine"]), int(r["steps_per_dt"]))
+        ({column: r.get(column, "") for column in columns} for r in rows.values()),
+        key=lambda r: (order[r["scene"]], names.index(r["engine"]), int(r["steps_per_dt"])),
     )
 
 
