@@ -59,11 +59,13 @@ def engine_table(r: Results) -> str:
         (row["case"], row["engine"], digits(row["dt"], 1e3), digits(row["step"], 1e6),
          cell(row, "penetration", 1e3), cell(row, "creep", 1e3), cell(row, "lift", 1e3), cell(row, "law", 1),
          cell(row, "joint_error", 1e3), cell(row, "energy_rise", 1), cell(row, "energy_drift", 1e2),
-         cell(row, "restored", 1e3), end(row))
+         cell(row, "restored", 1e3), cell(row, "repeated", 1e3), cell(row, "deviation", 1e3),
+         cell(row, "measured", 1e3), end(row))
         for row in r.beside if row["steps_per_dt"] == "1"
     ]  # fmt: skip
     header = ("scene", "engine", "h (ms)", "us a step", "overlap (mm)", "creep (mm/s)", "lift (mm)", "law",
-              "joint gap (mm)", "energy rises (J)", "drifts (%)", "restored (mm)", "ended")  # fmt: skip
+              "joint gap (mm)", "energy rises (J)", "drifts (%)", "restored (mm)", "repeated (mm)",
+              "deviates (mm)", "from measured (mm)", "ended")  # fmt: skip
     return table(header, rows)
 
 

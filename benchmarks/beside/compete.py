@@ -14,7 +14,8 @@ from common import processor
 
 from .engine import Engine, Running, engines
 from .measure import Measure
-from .plain import Unsupported
+from .pieces import deviation
+from .plain import Motion, Scene, Unsupported
 from .scenes import Case
 
 PARTS = 20
@@ -37,6 +38,10 @@ class Entry:
     why: str = ""
     """it made no further part"""
     restored: float | str = ""
+    repeated: float | str = ""
+    deviation: float | str = ""
+    early: Motion | None = None
+    """after a quarter of the run"""
 
 
 def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: int = 1) -> list[Row]:
@@ -62,6 +67,10 @@ def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: in
     for entry in entries:
         if not entry.why and steps_per_dt == 1:
             entry.restored = restored(entry.running, steps)
+        if case.repeats and entry.early is not None:
+            entry.repeated = repeated(entry, scene, dt, steps * PARTS // 4)
+        if case.pieces:
+            entry.deviation = deviation(entry.engine, scene, case, steps_per_dt)
         entry.running.close()
     missing += [lacking(case, e.engine, steps_per_dt, e.why) for e in entries if not e.times]
     for row in missing:
@@ -78,6 +87,8 @@ def go_on(entry: Entry, steps: int, dt: float, limit: float) -> None:
         return
     entry.times.append(time / steps)
     entry.measure.look(motion)
+    if len(entry.times) == PARTS // 4:
+        entry.early = motion
     if entry.forces and not entry.measure.lost:
         try:
             entry.measure.judge(motion, entry.running.contacts(), dt)
@@ -104,6 +115,20 @@ def restored(running: Running, steps: int) -> float | str:
     return float(np.abs(running.motion().positions - first.positions).max())
 
 
+def repeated(entry: Entry, scene: Scene, dt: float, steps: int) -> float | str:
+    """How far apart bodies are after a quarter of the run, made twice, the second time on two threads where
+    an engine has them (m)."""
+    assert entry.early is not None
+    try:
+        again = entry.engine.start(scene, dt, threads=2)
+        again.advance(steps)
+        found = again.motion()
+        again.close()
+    except Unsupported:
+        return ""
+    return float(np.abs(found.positions - entry.early.positions).max())
+
+
 def lacking(case: Case, engine: Engine, steps_per_dt: int, why: str) -> Row:
     return {"scene": case.key, "engine": engine.name, "steps_per_dt": steps_per_dt, "ended": why}
 
@@ -122,7 +147,8 @@ def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: S
         "manual": variant.manual, "tuned": variant.tuned, "steps_per_dt": steps_per_dt, "dt": dt,
         "steps": steps * len(entry.times), "step": mean, "cost": mean / dt,
         "ratio": median(a / b for a, b in pairs) if pairs else "",
-        **entry.measure.verdict(done), "restored": entry.restored, "ended": "" if done == 1 else entry.why,
+        **entry.measure.verdict(done), "restored": entry.restored, "repeated": entry.repeated,
+        "deviation": entry.deviation, "ended": "" if done == 1 else entry.why,
         "timed": steps * len(entry.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
         "timed_on": date.today().isoformat(), "date": date.today().isoformat(),
     }  # fmt: skip

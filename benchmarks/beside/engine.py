@@ -124,12 +124,14 @@ class Engine:
     def tuned(self) -> bool:
         return self.variant.tuned
 
-    def start(self, scene: Scene, dt: float) -> Running:
-        """One process per setting, that another one takes over from when it has ended."""
+    def start(self, scene: Scene, dt: float, threads: int = 1) -> Running:
+        """One process per setting, that another one takes over from when it has ended. `threads` is for
+        adapters with THREADS; the others have one."""
         worker = _workers.get(self.name)
         if worker is None or not worker.lives():
             worker = _workers[self.name] = Worker(self.python, "beside.worker", f"in_{self.key}")
-        return Running(worker, scene, dt, self.variant.options)
+        several = {"threads": threads} if threads > 1 and getattr(adapter(self.key), "THREADS", False) else {}
+        return Running(worker, scene, dt, {**self.variant.options, **several})
 
 
 def stop() -> None:

@@ -11,6 +11,7 @@ from .variant import Variant
 
 IMPORT, PACKAGES = "amontons", ()
 MANUAL = "https://github.com/amontons/amontons/blob/main/docs/choosing.md"
+THREADS = True
 VARIANTS = (
     Variant("amontons, 1e-6", {"tolerance": 1e-6}, MANUAL),
     Variant("amontons, 1e-3", {"tolerance": 1e-3}, MANUAL, tuned=True),
@@ -31,7 +32,9 @@ class _Ours:
 
         warnings.simplefilter("ignore", amontons.StepWarning)
         model = amontons.load_model(scene.path) if scene.path else _model(scene)
-        self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore", threads=1, **options)
+        self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore", **({"threads": 1} | options))
+        if scene.keyframe:
+            self.simulation.apply_keyframe(scene.keyframe)
 
     def advance(self, steps: int) -> None:
         self.simulation.run(steps * self.simulation.dt)

@@ -244,6 +244,8 @@ def _read(plant: Any, scene: Scene) -> dict[int, Any]:
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.tree import BodyIndex
 
+    if scene.keyframe:
+        raise Unsupported("keyframe of a file")
     try:
         Parser(plant).AddModels(scene.path)
     except RuntimeError as error:

@@ -151,6 +151,8 @@ class _MuJoCo:
         self.numbers = [mujoco.mj_name2id(self.m, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
         if not scene.path:
             _set_velocities(scene, self.m, self.d)
+        elif scene.keyframe:
+            mujoco.mj_resetDataKeyframe(self.m, self.d, self.m.key(scene.keyframe).id)
         mujoco.mj_forward(self.m, self.d)
 
     def advance(self, steps: int) -> None:

@@ -44,6 +44,8 @@ class Measure:
         self.laws: list[float] = []
         self.lift = 0.0
         self.settled = self.last = self.start
+        self.measured = case.follows() if case.follows else None
+        self.missed: list[float] = []
         self.lost = False
 
     def look(self, motion: Motion) -> None:
@@ -58,6 +60,9 @@ class Measure:
         self.overlaps.append(overlap(self.model, motion))
         self.gaps.append(joint_gap(self.scene, motion))
         self.lift = max(self.lift, float((motion.positions - self.start.positions)[0, 2]))
+        if self.measured is not None:
+            place = self.measured[len(self.measured) * len(self.gaps) // self.samples - 1]
+            self.missed.append(float(np.linalg.norm(motion.positions - place, axis=1).mean()))
         if len(self.gaps) == self.samples // 2:
             self.settled = motion
         self.last = motion
@@ -101,7 +106,8 @@ class Measure:
         # Files may begin with overlaps.
         counted = self.overlaps[self.samples // 2 :] if case.path else self.overlaps
         deepest, gap = max(counted, default=0.0), max(self.gaps, default=0.0)
-        lengths = [deepest, gap]
+        # A standing robot sinks into feet that its file makes soft.
+        lengths = [gap] if case.keyframe else [deepest, gap]
         drift = turning = ""
         if case.conserves:
             change = np.abs(np.array(self.energies) - self.energies[0]).max()
@@ -117,6 +123,10 @@ class Measure:
         if case.ends is not None:
             speed = float(np.linalg.norm(self.last.linear[0]))
             lengths.append(abs(speed - case.ends) * case.duration)
+        if case.turns is not None:
+            # A quaternion cannot tell more than half a turn.
+            turn = 2 * math.acos(min(1.0, abs(float(self.start.orientations[0] @ self.last.orientations[0]))))
+            lengths.append(abs(turn - case.turns[0]) * case.turns[1])
         if case.lifts:
             lengths.append(self.lift)
         return {
@@ -129,6 +139,7 @@ class Measure:
             "energy_rise": "" if case.path else rise,
             "energy_drift": drift,
             "momentum_drift": turning,
+            "measured": float(np.mean(self.missed)) if self.missed else "",
             "off": math.inf if self.lost else max(lengths),
         }  # fmt: skip
 

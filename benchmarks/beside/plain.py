@@ -122,6 +122,8 @@ class Scene:
     path: str = ""
     """of a robot in MJCF, which each engine reads by itself; then there are only the names of its bodies"""
     names: tuple[str, ...] = field(default=())
+    keyframe: str = ""
+    """of the file: the robot starts from it, and its controls hold; an engine that has none raises"""
 
     def frame(self, body: int) -> Frame:
         return self.bodies[body].frame if body != WORLD else Frame()
@@ -148,7 +150,7 @@ class Scene:
             tuple(Body(**{**b, "frame": Frame(**b["frame"])}) for b in data["bodies"]),
             tuple(Geom(**{**g, "frame": Frame(**g["frame"])}) for g in data["geoms"]),
             tuple(Joint(**j) for j in data["joints"]),
-            data["path"], tuple(data["names"]),
+            data["path"], tuple(data["names"]), data["keyframe"],
         )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .engine import NAMES, adapter
-from .scenes import cases
+from .scenes import keys
 
 Row = Mapping[str, Any]
 STATES = ("penetration", "creep", "lift", "joint_error", "energy_rise", "energy_drift")
@@ -20,7 +20,7 @@ def key(row: Row) -> tuple[str, str, str]:
 def merged(before: Iterable[Row], found: Sequence[Row]) -> list[Any]:
     """New rows replace those of the same scene, engine and step, and all of a setting that is no more. A
     column that older rows lack is blank there."""
-    order = {c.key: k for k, c in enumerate(cases())}
+    order = {scene: k for k, scene in enumerate(keys())}
     names = [v.name for n in NAMES for v in adapter(n).VARIANTS]
     rows = {key(r): r for r in before if r["scene"] in order and r["engine"] in names}
     rows |= {key(r): r for r in found}

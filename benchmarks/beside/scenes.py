@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,13 @@ from amontons import shapes
 from amontons.model.builder import ModelBuilder
 from amontons.model.shapes import Box, Sphere
 from common import DATA, ROOT
+from measured.toss_data import EDGE, GIVEN, INERTIA, MASS, RATE, read_tosses, world_spin
 
 from .plain import Body, Frame, Geom, Joint, Scene, Unsupported
 
 ANGLE = math.degrees(math.atan(0.5))  # of friction, for mu 0.5
 GRAVITY = 9.81
+TOSSED = DATA / "measured" / "cube_tosses"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,16 @@ class Case:
     """whether to tell how high the first body rises, which it should not"""
     conserves: bool = False
     """whether energy, momentum and angular momentum should stay what they are, as far as they can"""
+    turns: tuple[float, float] | None = None
+    """the angle that the first body should turn by (rad, at most pi), and the radius (m) that it counts at"""
+    follows: Callable[[], Any] | None = None
+    """measured positions (m) at equal times of the run, for each time a row per body"""
+    pieces: bool = False
+    """whether short pieces are compared with tiny steps: where the motion has one answer"""
+    repeats: bool = False
+    """whether it is begun anew, on two threads where an engine has them"""
+    keyframe: str = ""
+    """of a file, that it starts from and whose controls it keeps"""
     quick: bool = False
     """whether it is part of the quick run, and of the check of CI"""
     path: Path | None = None
@@ -49,7 +62,7 @@ class Case:
         """Plain data of the model; for a file its name and those of its bodies."""
         if self.path is None:
             return plain(model)
-        return Scene(path=str(self.path), names=tuple(model.body_names))
+        return Scene(path=str(self.path), names=tuple(model.body_names), keyframe=self.keyframe)
 
 
 def plain(model: amontons.Model) -> Scene:
@@ -218,6 +231,61 @@ def tongs(*, mu: float = 0.8, reach: float = 0.5, lean: float = 0.15) -> amonton
     return b.build()
 
 
+def spun_disc(*, mu: float = 0.2, spin: float = 10.0, radius: float = 0.2) -> amontons.Model:
+    """A disc of 1 kg on three feet at its rim, spun about its axis. All pressure is at the rim, whatever the
+    split, and so the torque is mu m g R."""
+    b = ModelBuilder()
+    material, foot, height = amontons.Material(friction=mu), 0.02, 0.05
+    b.add_geom(None, shapes.Plane(), material=material)
+    across = radius**2 / 4
+    disc = b.add_body(
+        "disc", position=(0.0, 0.0, height), mass=1.0, inertia=(across, across, 2 * across),
+        angular_velocity=(0.0, 0.0, spin),
+    )  # fmt: skip
+    for k in range(3):
+        a = 2 * math.pi * k / 3
+        at = (radius * math.cos(a), radius * math.sin(a), foot - height)
+        b.add_geom(disc, Sphere(foot), position=at, material=material)
+    return b.build()
+
+
+def spun_down(mu: float = 0.2, spin: float = 10.0, radius: float = 0.2) -> float:
+    """The angle that the disc turns by until it stops: w^2 R / (4 mu g) (rad)."""
+    return spin**2 * radius / (4 * mu * GRAVITY)
+
+
+TOSSES, SAMPLES, APART = 9, 60, 4.0
+"""Tosses in a scene, samples of each that count, and their distance (m)."""
+
+
+def measured_tosses() -> list[Any]:
+    """The first ones of the data folder."""
+    long_enough = [t.rows for t in read_tosses(TOSSED) if len(t.rows) > SAMPLES]
+    return long_enough[:TOSSES]
+
+
+def tosses() -> amontons.Model:
+    """Cubes side by side that begin as measured ones were tossed onto a table."""
+    b = ModelBuilder()
+    material = amontons.Material(friction=GIVEN[0], restitution=GIVEN[1])
+    b.add_geom(None, shapes.Plane(), material=material)
+    for k, rows in enumerate(measured_tosses()):
+        first = rows[0]
+        b.add_body(
+            f"cube {k}", position=tuple(first[4:7] + (APART * k, 0.0, 0.0)), mass=MASS,
+            inertia=(INERTIA,) * 3, orientation=tuple(first[:4] / np.linalg.norm(first[:4])),
+            linear_velocity=tuple(first[10:13]), angular_velocity=tuple(world_spin(first)),
+            shape=Box((EDGE / 2,) * 3), material=material,
+        )  # fmt: skip
+    return b.build()
+
+
+def tossed() -> Any:
+    """(samples, bodies, 3)."""
+    places = np.stack([rows[1 : SAMPLES + 1, 4:7] for rows in measured_tosses()], axis=1)
+    return places + APART * np.arange(len(places[0]))[:, None] * (1.0, 0.0, 0.0)
+
+
 def slid(angle: float, mu: float, duration: float) -> float:
     """Way of a box down a slope: a t^2 / 2 (m)."""
     a = GRAVITY * (math.sin(math.radians(angle)) - mu * math.cos(math.radians(angle)))
@@ -243,47 +311,62 @@ def inclines() -> Iterator[Case]:
 CASES = (
     *inclines(),
     Case("launch", "launched cube", _scene("sliding_cube", speed=3.0), 5e-3, 1.0,
-         goes=9.0 / (2 * 0.5 * GRAVITY), lifts=True, quick=True),
-    Case("roll", "skidding ball", _scene("rolling_sphere", speed=3.0), 5e-3, 1.0, ends=15.0 / 7, lifts=True),
-    Case("stack", "stack of 10", _scene("stack", boxes=10), 5e-3, 2.0, rests=True, quick=True),
+         goes=9.0 / (2 * 0.5 * GRAVITY), lifts=True, quick=True, pieces=True),
+    Case("roll", "skidding ball", _scene("rolling_sphere", speed=3.0), 5e-3, 1.0, ends=15.0 / 7, lifts=True,
+         pieces=True),
+    Case("stack", "stack of 10", _scene("stack", boxes=10), 5e-3, 2.0, rests=True, quick=True, repeats=True),
     Case("plates-1", "plates 1:1", _scene("plates", ratio=1.0), 1e-2, 2.0, rests=True),
     Case("plates-100", "plates 1:100", _scene("plates", ratio=1e2), 1e-2, 2.0, rests=True, quick=True),
     Case("plates-1000", "plates 1:1000", _scene("plates", ratio=1e3), 1e-2, 2.0, rests=True, quick=True),
     Case("cards", "card house", _scene("card_house"), 5e-3, 2.0, rests=True),
     Case("arch", "arch near its threshold", _scene("arch", mu=0.6, thickness=0.25), 5e-3, 2.0, rests=True),
     Case("grasp", "cube in tongs", tongs, 5e-3, 2.0, rests=True, quick=True),
+    Case("disc", "spinning disc", spun_disc, 5e-3, 1.0, turns=(spun_down(), 0.2), pieces=True,
+         quick=True),
     Case("rod", "Painleve's rod", rod, 1e-3, 0.4),
-    Case("chain", "chain 1000:1", _scene("chain", links=40), 5e-3, 2.0, conserves=True, quick=True),
-    Case("bridge", "bridge 1000:1", bridge, 5e-3, 2.0, quick=True),
-    Case("four-bar", "four-bar", _scene("four_bar", driven=False), 2e-3, 2.0, conserves=True, quick=True),
+    Case("chain", "chain 1000:1", _scene("chain", links=40), 5e-3, 2.0, conserves=True, quick=True,
+         pieces=True),
+    Case("bridge", "bridge 1000:1", bridge, 5e-3, 2.0, quick=True, pieces=True, repeats=True),
+    Case("four-bar", "four-bar", _scene("four_bar", driven=False), 2e-3, 2.0, conserves=True, quick=True,
+         pieces=True),
     Case("loops", "redundant loops", frame_of_hinges, 2e-3, 2.0, conserves=True),
-    Case("ellipsoid", "tumbling body", spun_ellipsoid, 5e-3, 5.0, conserves=True),
+    Case("ellipsoid", "tumbling body", spun_ellipsoid, 5e-3, 5.0, conserves=True, pieces=True),
     Case("wall", "wall at rest", _scene("wall_at_rest"), 5e-3, 0.5, rests=True),
     Case("wall-hit", "wall, hit", _scene("wall"), 5e-3, 0.6),
-    Case("spheres", "1000 spheres", _scene("spheres_in_box", count=1000, mu=0.5), 5e-3, 1.0),
+    Case("spheres", "1000 spheres", _scene("spheres_in_box", count=1000, mu=0.5), 5e-3, 1.0, repeats=True),
 )  # fmt: skip
 
 ROBOTS = (
-    ("quadruped", ROOT / "examples" / "models" / "quadruped.xml"),
-    ("humanoid", DATA / "robots" / "gymnasium" / "humanoid.xml"),
-    ("go1", DATA / "robots" / "unitree_go1" / "scene.xml"),
+    ("quadruped", ROOT / "examples" / "models" / "quadruped.xml", "robot quadruped", ""),
+    ("humanoid", DATA / "robots" / "gymnasium" / "humanoid.xml", "robot humanoid", ""),
+    ("go1", DATA / "robots" / "unitree_go1" / "scene.xml", "robot go1", ""),
+    ("go1-stands", DATA / "robots" / "unitree_go1" / "scene.xml", "robot go1, standing", "home"),
 )
+"""Key, file, name, and the keyframe whose controls hold it; without one it has no controls and falls."""
 
 
-def robots() -> Iterator[Case]:
-    """Those whose files are here, without controls."""
-    for name, path in ROBOTS:
-        if path.exists():
-            yield Case(
-                name,
-                f"robot {name}",
-                lambda path=path: amontons.load_model(path),  # type: ignore[misc]
-                2e-3,
-                2.0,
-                quick=path.is_relative_to(ROOT),
-                path=path,
-            )
+def keys() -> list[str]:
+    """Of all scenes, those that are not here too."""
+    return [*(c.key for c in CASES), *(key for key, *_ in ROBOTS), "tosses"]
 
 
-def cases() -> list[Case]:
-    return [*CASES, *robots()]
+def with_data() -> Iterator[Case]:
+    """Scenes whose files are here; says which are not."""
+    for key, path, name, keyframe in ROBOTS:
+        if not path.exists():
+            print(f"beside: {name} is left out: there is no {path.name} of it in the data folder")
+            continue
+        yield Case(
+            key, name, lambda path=path: amontons.load_model(path), 2e-3,  # type: ignore[misc]
+            5.0 if keyframe else 2.0, rests=bool(keyframe), keyframe=keyframe,
+            quick=path.is_relative_to(ROOT), path=path,
+        )  # fmt: skip
+    if TOSSED.is_dir():
+        yield Case("tosses", "measured tosses", tosses, 1 / RATE, SAMPLES / RATE, follows=tossed)
+    else:
+        print("beside: measured tosses are left out: there is no measured/cube_tosses in the data folder")
+
+
+@cache
+def cases() -> tuple[Case, ...]:
+    return (*CASES, *with_data())

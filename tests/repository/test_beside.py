@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 pytest.importorskip("matplotlib", reason="the benchmarks need more packages than the tests")
-from beside import compete, engine, in_mujoco, law, measure, plain, renew, rows, scenes, solvers
+from beside import compete, engine, in_mujoco, law, measure, pieces, plain, renew, rows, scenes, solvers
 from beside.variant import Variant
 
 mujoco = pytest.importorskip("mujoco")
@@ -110,6 +110,85 @@ def test_tongs_hold_from_their_threshold_on(mu, holds):
     simulation = amontons.Simulation(scenes.tongs(mu=mu), dt=5e-3)
     simulation.run(0.5)
     assert (simulation.state.positions[0, 2] > -1e-3) == holds
+
+
+# Breaks when the spinning disc is built other than its closed form says: it stops after w^2 R / (4 mu g) =
+# 2.548 rad. An implicit step of h loses w h / 2 of that: 0.0025 rad at 0.5 ms.
+def test_disc_stops_at_its_closed_form():
+    simulation = amontons.Simulation(scenes.spun_disc(), dt=5e-4, tolerance=1e-8)
+    simulation.run(0.6)
+    turned = 2 * np.arccos(abs(simulation.state.orientations[0, 0]))
+    assert turned == pytest.approx(scenes.spun_down(), abs=0.003)
+    assert abs(simulation.state.angular_velocities).max() < 1e-6
+
+
+# Breaks when pieces begin elsewhere than the reference says, end at another time, or the reference is not the
+# motion that another engine finds: a free body by Runge and Kutta at 5 ms, whose error is of fifth order in
+# 0.03 rad a step. Ours is of second order: a quarter of the step leaves a sixteenth.
+def test_pieces_agree_with_another_engine():
+    case = next(c for c in scenes.CASES if c.key == "ellipsoid")
+    given = case.scene(case.make())
+    found = {e.name: [pieces.deviation(e, given, case, n) for n in (1, 4)]
+             for e in engine.engines("amontons", "mujoco")}  # fmt: skip
+    assert found["MuJoCo, RK4"][0] < 1e-7
+    coarse, fine = found["amontons, 1e-6"]
+    assert coarse / fine == pytest.approx(16, rel=0.2)
+
+
+# Breaks when bodies of a piece keep their old velocity, or a turn alone is taken for no deviation: 0.1 rad
+# about z moves a point at 0.1 m by 2 sin(0.05) 0.1 m.
+def test_pieces_begin_with_all_of_a_motion():
+    given = scene("stack", boxes=3)
+    motion = plain.Motion.start(given)
+    motion.linear[1, 0], motion.angular[2, 1], motion.positions[1, 2] = 3.0, 4.0, 5.0
+    again = plain.Motion.start(pieces.moved(given, motion))
+    for key in ("positions", "orientations", "linear", "angular"):
+        np.testing.assert_array_equal(getattr(again, key), getattr(motion, key))
+    again.orientations[2] = (np.cos(0.05), 0, 0, np.sin(0.05))
+    assert pieces.apart(motion, again) == pytest.approx(0.2 * np.sin(0.05))
+
+
+# Breaks when two threads are not what the engine gets, or change a bit of our motion.
+def test_two_threads_repeat_one():
+    one = next(engine.engines("amontons"))
+    given = scene("stack", boxes=4)
+    motions = []
+    for threads in (1, 2):
+        running = one.start(given, 5e-3, threads=threads)
+        running.advance(20)
+        motions.append(running.motion())
+        running.close()
+    np.testing.assert_array_equal(motions[0].positions, motions[1].positions)
+
+
+# Breaks when a robot does not begin at its keyframe, or the engines begin apart.
+def test_robots_begin_at_their_keyframe():
+    case = next((c for c in scenes.cases() if c.keyframe), None)
+    if case is None:
+        pytest.skip("the robot's file is not in the data folder")
+    model = case.make()
+    found = []
+    for one in engine.engines("amontons", "mujoco"):
+        if not one.tuned:
+            running = one.start(case.scene(model), case.dt)
+            found.append(running.motion())
+            running.close()
+    np.testing.assert_allclose(found[0].positions, found[1].positions, atol=1e-9)
+    assert found[0].positions[0, 2] == pytest.approx(0.27)
+
+
+# Breaks when the cubes begin elsewhere than the measured ones, or a sample is taken for another: a cube in
+# free flight is a few millimetres from its first sample after one period.
+def test_tosses_are_the_measured_ones():
+    case = next((c for c in scenes.cases() if c.key == "tosses"), None)
+    if case is None:
+        pytest.skip("the tosses are not in the data folder")
+    samples = case.follows()
+    assert samples.shape == (scenes.SAMPLES, scenes.TOSSES, 3)
+    simulation = amontons.Simulation(case.make(), dt=case.dt)
+    simulation.step()
+    missed = np.linalg.norm(simulation.state.positions - samples[0], axis=1)
+    assert missed.max() < 5e-3
 
 
 # Breaks when the measure of poses does not see an overlap, or sees one where there is none.
