@@ -106,11 +106,17 @@ def settings_table(r: Results) -> str:
 
 
 def solver_table(r: Results) -> str:
-    """A solver and a tolerance a line: the problems solved by each measure, and the time over ours."""
+    """A solver and a tolerance a line, for files and steps: the problems solved by each measure, and the time
+    over ours."""
     ours = {(row["file"], row["tolerance"]): row for row in r.solvers if row["solver"] == "amontons"}
     lines = []
-    for solver, tolerance in dict.fromkeys((row["solver"], row["tolerance"]) for row in r.solvers):
-        mine = [row for row in r.solvers if (row["solver"], row["tolerance"]) == (solver, tolerance)]
+
+    def group(row: dict[str, str]) -> tuple[str, str, str]:
+        kind = "steps" if row["file"].startswith("step ") else "files"
+        return kind, row["solver"], row["tolerance"]
+
+    for kind, solver, tolerance in dict.fromkeys(map(group, r.solvers)):
+        mine = [row for row in r.solvers if group(row) == (kind, solver, tolerance)]
         answered = [row for row in mine if row["time"]]
         by_ours, by_theirs = (
             sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
@@ -121,11 +127,12 @@ def solver_table(r: Results) -> str:
             if row["solved"] == ours[row["file"], tolerance]["solved"] == "True"
         ]
         faster = sum(ratio < 1 for ratio in ratios)
-        lines.append((solver, scientific(tolerance), f"{len(mine)}", f"{by_ours}", f"{by_theirs}",
+        lines.append((kind, solver, scientific(tolerance), f"{len(mine)}", f"{by_ours}", f"{by_theirs}",
                       f"{len(mine) - len(answered)}", digits(str(median(ratios)), 1) if ratios else "",
                       f"{faster} of {len(ratios)}"))  # fmt: skip
-    header = ("solver", "asked for", "problems", "solved, by our residual", "solved, by Siconos' error",
-              "without answer", "median time over ours", "faster than ours")  # fmt: skip
+    header = ("problems of", "solver", "asked for", "problems", "solved, by our residual",
+              "solved, by Siconos' error", "without answer", "median time over ours",
+              "faster than ours")  # fmt: skip
     return table(header, lines)
 
 
