@@ -11,7 +11,7 @@ cost against error; beside_profile.png.
 
 It writes to results/beside and docs/figures; the quick run, and one with --out, elsewhere.
 
---renew-times: runs what the table has once more and writes its times only. That takes about eight minutes,
+--renew-times: runs what the table has once more and writes its times only. That takes about ten minutes,
 and wants a core of its own; errors keep their rows.
 --steps: steps of the scene's time step, 1 and 4 by default.
 --check: the exit status is 1 if our time over that of MuJoCo is more than twice what it is in a file of
