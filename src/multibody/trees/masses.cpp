@@ -1,16 +1,10 @@
-// M of the trees by composite inertias. Its factors have no fill (problem/linkage), so that a step makes them
-// anew in less time than it would take to update those of the step before.
+// M of the trees by composite inertias. Its factors have no fill (problem/linkage): to make all of them in
+// each step takes less time than to update those of the step before.
 #include "multibody/trees/masses.hpp"
 
 namespace amontons {
 
 namespace {
-
-// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
-Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
-  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
-          inertia.second * v.angular + cross(inertia.first, v.linear)};
-}
 
 // The parts of a linkage that no step changes: which coordinate moves which body, and where the rows of M
 // lie. A row has one entry per coordinate on the way to the root, itself included, that is as many as it is

@@ -7,9 +7,8 @@ namespace amontons::trees {
 // Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
 // its coordinates was moved by the user. Rounding is below it (test_trees).
 inline constexpr double rounding = 1e-11;
-// Rounds (count): of Newton's method for the rates without impulses, before the search for contacts.
-inline constexpr int first_rounds = 2;
-// The same after it (count): each round gains a factor h |q'|, 0.02 for 10 rad/s at 2 ms.
+// Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
+// 2 ms.
 inline constexpr int most_rounds = 8;
 // Change of rates (relative to the fastest): at which these rounds end.
 inline constexpr double rate_precision = 1e-9;

@@ -143,18 +143,17 @@ namespace {
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
 void find_rates(const Model& model, const Forest& forest, const State& state, double h,
                 const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
-                int rounds, TreeStep& trees, std::vector<double>& rates) {
+                TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
   double last = INFINITY;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < trees::most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     project(forest, trees.impulse, trees);
-    for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(trees, k, rates[k], h) + (pushed.empty() ? 0.0 : pushed[k]);
+    for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, rates[k], h) + pushed[k];
     trees.constrained->linkage->solve(trees.along.data());
     double change = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -170,26 +169,84 @@ void find_rates(const Model& model, const Forest& forest, const State& state, do
 
 }  // namespace
 
-// The momenta before the step are those of the displacement that led here, over the step before. After the
-// first state, or if the user has moved a tree, that displacement is the one of the present rates backwards.
-void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                               const BodyFrames& frames, const BodyVelocities& start,
-                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
-  read_rates(forest, trees, frames, start, trees.before);
-  const double last = state.impulse_step > 0 ? state.impulse_step : h;
-  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
+// Impulses of loads on each body, about the reference. The momenta before the step are added to them when the
+// impulses of rows are foreseen, so that the search for contacts does without.
+static void supply_loads(const Model& model, const Forest& forest, const State& state, double h,
+                         const std::vector<BodyImpulse>& loads, TreeStep& trees) {
+  trees.supply.resize(forest.bodies.size());
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
     const Vec3 push = h * (weight + state.forces[body]) + loads[body].force;
     const Vec3 turn = h * state.torques[body] + loads[body].torque;
-    trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
+    trees.supply[i] = {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
+}
+
+// The velocity terms of the equations of motion by the recursive Newton-Euler equations (Featherstone 2008,
+// ch. 5.3). An axis moves with the body that carries it. With the flow v before a column s it changes by v x
+// s. At constant rates that is the acceleration q' v x s of the bodies beyond it. The force on a body is the
+// change of its momentum,
+//
+//   f = I a + v x* (I v),   v x* (p, L) = (omega x p, omega x L + v_O x p).
+//
+// A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
+//
+// trees.impulse: those of loads, less those that the bodies need over h to keep their rates.
+static void subtract_velocity_terms(const Forest& forest, const BodyFrames& frames,
+                                    const BodyVelocities& start, double h, TreeStep& trees) {
+  const auto straight = [&](Index body) {
+    return body < 0 ? Flow{} : Flow{-cross(start[body].angular, start[body].linear), {}};
+  };
+  trees.flow.resize(forest.bodies.size());
+  trees.bias.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    const Vec3& reference = trees.places[i].reference;
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    Flow v = above >= 0 ? trees.flow[above] : flow_of(frames, start, b.parent, reference);
+    Flow a = above >= 0 ? trees.bias[above] : straight(b.parent);
+    if (b.joint < 0) {
+      v = flow_of(frames, start, b.body, reference);
+      a = straight(b.body);
+    }
+    for (std::size_t c = 0; b.joint >= 0 && c < b.count; ++c) {
+      // From the parent to the body: the first dof is next to body B of the joint.
+      const std::size_t k = b.first + (b.reversed ? b.count - 1 - c : c);
+      const Flow s = trees.before[k] * trees.columns[k];
+      a += {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
+      v += s;
+    }
+    trees.flow[i] = v;
+    trees.bias[i] = a;
+    const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
+    const Flow change{needed.linear + cross(v.angular, p.linear),
+                      needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
+    trees.impulse[i] = trees.supply[i] - h * change;
+  }
+}
+
+// One round with the velocity terms at the start of the step is of first order, which is enough to search for
+// contacts. It costs a third of a round with momenta over displacements.
+void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+                               const BodyFrames& frames, const BodyVelocities& start,
+                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
+  read_rates(forest, trees, frames, start, trees.before);
+  supply_loads(model, forest, state, h, loads, trees);
+  const std::size_t n = forest.parent.size();
+  trees.along.resize(n);
+  trees.impulse.resize(forest.bodies.size());
+  subtract_velocity_terms(forest, frames, start, h, trees);
+  project(forest, trees.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h);
+  trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.before;
   trees.fastest = 0;
-  for (const double rate : trees.before) trees.fastest = std::max(trees.fastest, std::abs(rate));
-  find_rates(model, forest, state, h, frames, start, {}, trees::first_rounds, trees, trees.free);
+  for (std::size_t k = 0; k < n; ++k) {
+    trees.free[k] += trees.along[k];
+    trees.fastest = std::max({trees.fastest, std::abs(trees.before[k]), std::abs(trees.free[k])});
+  }
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
@@ -197,11 +254,17 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
 // solve of the step adds M^-1 P by itself: free rates are r - M^-1 P. If the step then finds the foreseen
 // impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
 // the impulses.
+//
+// The momenta before the step are those of the displacement that led here, over the step before. After the
+// first state, or if the user has moved a tree, that displacement is the one of the present rates backwards.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
+  const double last = state.impulse_step > 0 ? state.impulse_step : h;
+  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.impulse);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.impulse[i];
   trees.pushed.assign(n, 0.0);
   trees.caused.assign(n, 0.0);
   if (!w.empty()) {
@@ -213,7 +276,7 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     linkage.solve(trees.caused.data());
   }
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  find_rates(model, forest, state, h, frames, start, trees.pushed, trees::most_rounds, trees, trees.free);
+  find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
   for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   write_velocities(forest, frames, trees.free, trees, free);
 }
@@ -240,6 +303,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   }
   place_all(model, forest, state, trees);
   write_poses(forest, trees, state);
+  note_placed(forest, state, trees);
   BodyFrames& moved = trees.frames;
   moved.resize(model.bodies());
   BodyVelocities& after = trees.velocities;

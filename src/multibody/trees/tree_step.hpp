@@ -42,6 +42,11 @@ struct TreeInertia {
   Vec3 first;
   Mat3 second;
 };
+// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
+inline Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
+  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
+          inertia.second * v.angular + cross(inertia.first, v.linear)};
+}
 // Spring, damper and inertia along a coordinate.
 struct TreeDrive {
   double stiffness = 0, stretch = 0, damping = 0, inertia = 0;
@@ -62,11 +67,17 @@ struct TreeStep {
   std::vector<double> after;          // rates at the end
   double fastest = 0;                 // largest of all rates without impulses
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
+  // The state for which `places` hold; empty: unknown.
+  struct {
+    std::vector<Vec3> positions;
+    std::vector<Quat> orientations;
+    std::vector<double> coordinates;
+  } placed;
   // Memory: linkages that problems may still hold; scratch.
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
   std::vector<TreeInertia> carried;
   std::vector<double> along, mean, wrenches, pushed, caused;
-  std::vector<Flow> flow, supply, impulse;
+  std::vector<Flow> flow, bias, supply, impulse;
   std::vector<Transform> moved;
   BodyFrames frames;
   BodyVelocities velocities;
