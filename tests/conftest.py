@@ -25,6 +25,9 @@ sys.path.append(str(ROOT / "tools" / "website"))  # names that others might have
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Programs print alike in every terminal: as in CI, where the cursor cannot be moved.
+os.environ["TERM"] = "dumb"
+
 # Wall-clock limits per example would fail on a loaded machine. In CI examples are the same in every run.
 settings.register_profile("local", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("local"), derandomize=True)

@@ -12,6 +12,7 @@ def _text(self: BaseException) -> str:
     return visible(" ".join(map(str, self.args)), "\n")
 
 
+InputError.__doc__ = """An argument that cannot be used; the message names it and the remedy."""
 InputError.__str__ = _text  # type: ignore[method-assign,assignment]
 
 
@@ -36,7 +37,7 @@ class SimulationError(RuntimeError):
 
 
 class ModelWarning(UserWarning):
-    """A model leaves something open: a file whether a robot's base is fixed, or there is no body at all."""
+    """A model is ambiguous or empty: its file does not say whether the base is fixed, or it has no body."""
 
     __str__ = _text
 

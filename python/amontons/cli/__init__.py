@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from .. import __version__
 from .common import NOT_CONVERGED, complain, out, show_log
@@ -28,11 +31,14 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (run, view, scenes, export, fmu, plot, sweep):
-    app.command(rich_help_panel="Simulations")(command)
-for command in (solve, compare, info):
-    app.command(rich_help_panel="Problem files")(command)
-app.command(rich_help_panel="Installation")(doctor)
+PANELS: dict[str, tuple[Callable[..., None], ...]] = {
+    "Simulations": (run, view, scenes, export, fmu, plot, sweep),
+    "Problem files": (solve, compare, info),
+    "Installation": (doctor,),
+}
+for panel, commands in PANELS.items():
+    for command in commands:  # Rich would take the brackets of amontons[view] for markup
+        app.command(rich_help_panel=panel, help=escape(inspect.getdoc(command) or ""))(command)
 
 
 def main() -> None:

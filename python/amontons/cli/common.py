@@ -64,24 +64,25 @@ Files = Annotated[
 Law = Annotated[
     str | None,
     typer.Option(
-        help="coulomb (true Coulomb friction) or associated (convex relaxation); default: that of the file.",
+        help="Law of friction: coulomb (exact) or associated (convex relaxation); default: that of the file.",
         autocompletion=completion.law_names,
     ),
 ]
-Tolerance = Annotated[float, typer.Option(help="Natural residual to reach, relative to that of x = 0.")]
+Tolerance = Annotated[float, typer.Option(help="Natural residual to reach (1 at zero impulses).")]
 Threads = Annotated[
     int | None,
-    typer.Option(help="Threads, by default one per core where it pays; results do not depend on them."),
-]
-DeviceName = Annotated[
-    str,
     typer.Option(
-        "--device",
-        help="Where p-spg-fb and apgd run, by default the CPU: gpu, opencl, cuda:1, ...; doctor lists them.",
+        help="Number of threads; default: one per core for large problems. Results do not depend on it."
     ),
 ]
+_device = typer.Option(
+    "--device",
+    help="Device that runs p-spg-fb and apgd: cpu, gpu, opencl, cuda:1, ...; `amontons doctor` lists them.",
+)
+DeviceName = Annotated[str, _device]
+DeviceOfSteps = Annotated[str | None, _device]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
 def most_steps(option: str, value: float, steps: int) -> int:

@@ -32,12 +32,12 @@ from .common import (
 def compare(
     files: Files,
     output: Annotated[
-        Path, typer.Option("--out", "--output", help="Folder of the figures and CSV files.")
+        Path, typer.Option("--out", "--output", help="Folder for the figures and CSV files.")
     ] = Path("comparison"),
-    methods: Annotated[str, typer.Option(help="Comma-separated methods; all by default.")] = "all",
+    methods: Annotated[str, typer.Option(help="Methods to run, separated by commas; default: all.")] = "all",
     law: Law = None,
     tolerance: Tolerance = 1e-6,
-    deadline: Annotated[float, typer.Option(help="Wall clock per method and file (s).")] = 2.0,
+    deadline: Annotated[float, typer.Option(help="Wall-clock limit for each method and file (s).")] = 2.0,
     threads: Threads = None,
     device: DeviceName = "cpu",
     as_json: AsJson = False,

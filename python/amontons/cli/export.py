@@ -17,7 +17,7 @@ from ..simulation.simulation import Simulation
 from .common import (
     NOT_CONVERGED,
     AsJson,
-    DeviceName,
+    DeviceOfSteps,
     Threads,
     most_steps,
     notes,
@@ -65,18 +65,18 @@ def export(
     subject: Name,
     output: Annotated[
         Path | None,
-        typer.Option("--out", "--output", "-o", help="FCLIB .hdf5, or .npz, which holds any step."),
+        typer.Option("--out", "--output", "-o", help="File: FCLIB .hdf5, or .npz, which holds any step."),
     ] = None,
-    step: Annotated[int | None, typer.Option(help="The step to write: 1 is the first.")] = None,
+    step: Annotated[int | None, typer.Option(help="Number of the step to write; the first is 1.")] = None,
     at: Annotated[
-        float | None, typer.Option("--time", help="In place of --step: the step that ends then (s).")
+        float | None, typer.Option("--time", help="Instead of --step: time at the end of the step (s).")
     ] = None,
     touch: Annotated[
         str | None,
-        typer.Option(metavar="BODY", help="In place of --step: the first in which a contact pushes it."),
+        typer.Option(metavar="BODY", help="Instead of --step: first step with a contact force on it."),
     ] = None,
     every: Annotated[
-        int | None, typer.Option(help="Write every so many steps up to that one, as NAME-000123.hdf5.")
+        int | None, typer.Option(help="Also write each N-th step before that one, as NAME-000123.hdf5.")
     ] = None,
     dt: Step = None,
     law: Law = None,
@@ -84,7 +84,7 @@ def export(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
-    device: DeviceName | None = None,
+    device: DeviceOfSteps = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,

@@ -26,19 +26,21 @@ from .subject import (
 
 def fmu(
     subject: Name,
-    output: Annotated[Path, typer.Option("--out", "--output", "-o", help="The .fmu file.")],
+    output: Annotated[Path, typer.Option("--out", "--output", "-o", help="FMU file to write (.fmu).")],
     inputs: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="A variable to set, * for any letters; repeatable."),
+        typer.Option(metavar="NAME", help="Variable to make an input; * matches any letters. Repeatable."),
     ] = None,
     outputs: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="A variable to ask for, * for any letters; repeatable."),
+        typer.Option(metavar="NAME", help="Variable to make an output; * matches any letters. Repeatable."),
     ] = None,
-    fmi: Annotated[str, typer.Option(help="The version of the interface: 3.0 or 2.0.")] = "3.0",
+    fmi: Annotated[str, typer.Option(help="Version of the interface: 3.0 or 2.0.")] = "3.0",
     wheels: Annotated[
         list[Path] | None,
-        typer.Option("--wheel", help="A wheel for another system, to run the unit there; repeatable."),
+        typer.Option(
+            "--wheel", help="Wheel of amontons for another system, to add its library to the FMU. Repeatable."
+        ),
     ] = None,
     dt: Step = None,
     law: Law = None,

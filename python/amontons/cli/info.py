@@ -12,7 +12,7 @@ from .completion import problems
 
 
 def info(
-    file: Annotated[Path, typer.Argument(help="A problem file.", autocompletion=problems)],
+    file: Annotated[Path, typer.Argument(help="Problem file.", autocompletion=problems)],
     as_json: AsJson = False,
 ) -> None:
     """Show sizes, cones, friction coefficients, symmetry, rank and conditioning of a problem."""

@@ -15,7 +15,7 @@ from .common import one_line_errors
 if TYPE_CHECKING:
     from ..report.picture import View
 
-PANEL = "Of pictures"
+PANEL = "Camera and style of pictures"
 
 
 def _option(kind: Any, help: str, metavar: str | None = None) -> Any:
@@ -23,25 +23,34 @@ def _option(kind: Any, help: str, metavar: str | None = None) -> Any:
 
 
 OPTIONS: dict[str, tuple[Any, Any]] = {
-    "azimuth": (_option(float, "Where the eye is, degrees about z from x."), -60.0),
-    "elevation": (_option(float, "Where the eye is, degrees above the horizon."), 20.0),
+    "azimuth": (_option(float, "Azimuth of the camera (degrees about z, from x)."), -60.0),
+    "elevation": (_option(float, "Elevation of the camera (degrees above the horizon)."), 20.0),
     "target": (
         _option(
-            str | None, "What is in the middle: a point (m), or a body, which is followed.", "X,Y,Z|BODY"
+            str | None, "Centre of the picture: a point (m), or a body that the camera follows.", "X,Y,Z|BODY"
         ),
         None,
     ),
-    "width": (_option(float | None, "Seen at the target from side to side (m); else all that moves."), None),
-    "distance": (_option(float | None, "Of the eye from the target (m); else rays are parallel."), None),
+    "width": (
+        _option(float | None, "Width of the view at the target (m); default: all moving bodies."),
+        None,
+    ),
+    "distance": (
+        _option(float | None, "Distance of the camera from the target (m); default: parallel projection."),
+        None,
+    ),
     "fixed": (
         _option(
             str,
-            "What is fixed lets what moves shine through, hides it, or is left out.",
+            "Fixed geometry: transparent, opaque, or not drawn.",
             "glass|show|hide",
         ),
         "glass",
     ),
-    "forces": (_option(bool, "Draw contact forces as lines, as wide as they are large."), False),
+    "forces": (
+        _option(bool, "Draw contact forces as lines; their width shows the size of the force."),
+        False,
+    ),
 }
 """By name the annotation and the default."""
 

@@ -23,18 +23,26 @@ SUFFIXES = (".png", ".pdf", ".svg")
 
 def plot(
     recording: Annotated[
-        str, typer.Argument(help="A recording, of `run --record`.", autocompletion=recordings)
+        str, typer.Argument(help="Recording made by `amontons run --record`.", autocompletion=recordings)
     ],
     columns: Annotated[
         list[str] | None,
-        typer.Argument(help="Names such as screw.motor, or patterns such as 'foot.f*'; without, a list."),
+        typer.Argument(
+            help="Names of signals (screw.motor) or patterns ('foot.f*'); default: list the signals."
+        ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "--out", "-o", help="PNG, PDF or SVG; else the recording's name with .png."),
+        typer.Option(
+            "--output",
+            "--out",
+            "-o",
+            help="Figure to write (PNG, PDF or SVG); default: the recording's name with .png.",
+        ),
     ] = None,
     loads: Annotated[
-        bool, typer.Option("--loads", help="Table of the loads of joints and contacts; --output: CSV.")
+        bool,
+        typer.Option("--loads", help="Print a table of joint and contact loads; --output writes it as CSV."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:

@@ -18,28 +18,34 @@ from .common import progress
 if TYPE_CHECKING:
     from ..report.picture import View
 
-PANEL = "Of a recording"
+PANEL = "Files made from a recording"
 
 
 def _path(help: str) -> typer.models.OptionInfo:
     return typer.Option(metavar="FILE", help=help, rich_help_panel=PANEL)
 
 
-Html = Annotated[Path | None, _path("A page with a play bar in one file, which needs no network.")]
-Png = Annotated[Path | None, _path("Pictures at --times.")]
-Mp4 = Annotated[Path | None, _path("A movie, where there is ffmpeg.")]
-Gif = Annotated[Path | None, _path("An animation, .gif or .webp.")]
-Usd = Annotated[Path | None, _path("A scene of USD: .usd, .usda or .usdc; needs usd-core.")]
-Csv = Annotated[Path | None, _path("Poses, velocities and coordinates, a row per frame.")]
+Html = Annotated[Path | None, _path("Web page with a play bar, in one file that needs no network.")]
+Png = Annotated[Path | None, _path("Pictures at --times (PNG).")]
+Mp4 = Annotated[Path | None, _path("Movie (needs ffmpeg).")]
+Gif = Annotated[Path | None, _path("Animation (.gif or .webp).")]
+Usd = Annotated[Path | None, _path("USD scene (.usd, .usda or .usdc; needs usd-core).")]
+Csv = Annotated[Path | None, _path("Poses, velocities and joint coordinates, one row per frame.")]
 Times = Annotated[
     str | None,
-    typer.Option(metavar="T,...", help="Of --png (s); the last frame otherwise.", rich_help_panel=PANEL),
+    typer.Option(
+        metavar="T,...",
+        help="Times of the pictures of --png (s); default: the last frame.",
+        rich_help_panel=PANEL,
+    ),
 ]
 Size = Annotated[
-    str, typer.Option(metavar="WxH", help="Of pictures and movies (pixels).", rich_help_panel=PANEL)
+    str, typer.Option(metavar="WxH", help="Size of pictures and movies (pixels).", rich_help_panel=PANEL)
 ]
-Fps = Annotated[float, typer.Option(help="Pictures per second of movies and pages.", rich_help_panel=PANEL)]
-Speed = Annotated[float, typer.Option(help="Simulated over shown time.", rich_help_panel=PANEL)]
+Fps = Annotated[float, typer.Option(help="Frames per second of movies and pages.", rich_help_panel=PANEL)]
+Speed = Annotated[
+    float, typer.Option(help="Playback speed: simulated time over real time.", rich_help_panel=PANEL)
+]
 SUFFIXES = {
     "html": (".html", ".htm"), "png": (".png",), "mp4": (".mp4",), "gif": (".gif", ".webp"),
     "usd": (".usd", ".usda", ".usdc"), "csv": (".csv",),

@@ -26,7 +26,7 @@ from ..simulation.simulation import Simulation
 from .common import (
     NOT_CONVERGED,
     AsJson,
-    DeviceName,
+    DeviceOfSteps,
     Threads,
     Words,
     complain,
@@ -62,7 +62,9 @@ from .subject import (
 if TYPE_CHECKING:
     from ..report.picture import View
 
-RecordSignals = Annotated[bool, typer.Option(help="Record motor efforts, controls, reactions and sensors.")]
+RecordSignals = Annotated[
+    bool, typer.Option(help="Record motor efforts, controls, reactions and sensors as well.")
+]
 MOST_READINGS = 20_000_000
 """Numbers (of 8 bytes) of signals that a report keeps until it is written"""
 
@@ -90,7 +92,7 @@ class Outcome:
 def run(
     subject: Name,
     duration: Annotated[
-        float | None, typer.Option(help="Simulated time (s); that of the scene, else 5.")
+        float | None, typer.Option(help="Simulated time (s); default: that of the scene, or 5.")
     ] = None,
     dt: Step = None,
     law: Law = None,
@@ -98,26 +100,25 @@ def run(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
-    device: DeviceName | None = None,
+    device: DeviceOfSteps = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
-    record: Annotated[Path | None, typer.Option(help="Record states, contacts and reports (HDF5).")] = None,
-    record_every: Annotated[int, typer.Option(help="Steps between recorded states.")] = 1,
+    record: Annotated[Path | None, typer.Option(help="File for states, contacts, reports (HDF5).")] = None,
+    record_every: Annotated[int, typer.Option(help="Number of steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
     record_signals: RecordSignals = True,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a recording that is there.")
-    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing recording.")] = False,
     report: Annotated[
-        Path | None, typer.Option(help="Folder for figures and a CSV file of all steps.")
+        Path | None, typer.Option(help="Folder for figures and a CSV file with a row per step.")
     ] = None,
-    snapshots: Annotated[int, typer.Option(help="Pictures in the report, evenly spaced; 0 for none.")] = 4,
+    snapshots: Annotated[int, typer.Option(help="Number of pictures in the report; 0: none.")] = 4,
     save: Annotated[
-        Path | None, typer.Option(help="Save the last state, to run or export from (HDF5).")
+        Path | None,
+        typer.Option(help="File to save the last state in (HDF5); `run` and `export` start from it."),
     ] = None,
     as_json: AsJson = False,
     *,

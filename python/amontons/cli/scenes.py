@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 def scenes(
     name: Annotated[
-        str | None, typer.Argument(help="A scene, to see its parameters.", autocompletion=scene_names)
+        str | None,
+        typer.Argument(
+            help="Scene whose parameters are shown; default: list all scenes.", autocompletion=scene_names
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

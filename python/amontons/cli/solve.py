@@ -36,12 +36,14 @@ def solve(
     files: Files,
     method: Annotated[
         str,
-        typer.Option(help="auto, or one of the methods that 'compare' runs.", autocompletion=method_names),
+        typer.Option(
+            help="Method: auto, or a method that `amontons compare` lists.", autocompletion=method_names
+        ),
     ] = "auto",
     law: Law = None,
     tolerance: Tolerance = 1e-6,
-    deadline: Annotated[float | None, typer.Option(help="Wall clock per file (s).")] = None,
-    max_iterations: Annotated[int | None, typer.Option(help="Iterations per file.")] = None,
+    deadline: Annotated[float | None, typer.Option(help="Wall-clock limit for each file (s).")] = None,
+    max_iterations: Annotated[int | None, typer.Option(help="Limit of iterations for each file.")] = None,
     threads: Threads = None,
     device: DeviceName = "cpu",
     as_json: AsJson = False,

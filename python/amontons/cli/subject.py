@@ -31,7 +31,7 @@ Name = Annotated[
     str,
     typer.Argument(
         metavar="MODEL_OR_SCENE",
-        help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf, .json), a saved simulation (.h5).",
+        help="Scene (see `amontons scenes`), model (MJCF .xml, .urdf, .json) or saved simulation (.h5).",
         show_default=False,
         autocompletion=completion.subjects,
     ),
@@ -41,41 +41,47 @@ Parameters = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="A parameter of the scene; of a model the control of an actuator, the coordinate q.NAME of a "
-        "joint, or gravity=x,y,z; repeatable.",
+        help="Parameter of the scene; for a model: control of an actuator, coordinate q.NAME of a joint, or "
+        "gravity=x,y,z. Repeatable.",
     ),
 ]
 Strict = Annotated[
-    bool, typer.Option("--strict", help="Refuse a model of which something that moves it is not read.")
+    bool, typer.Option("--strict", help="Refuse a model if a part that affects its motion is not supported.")
 ]
 FloatingBase = Annotated[
     bool | None,
-    typer.Option("--floating-base/--fixed-base", help="Of URDF: whether the root link moves freely."),
+    typer.Option(
+        "--floating-base/--fixed-base",
+        help="URDF only: the root link moves freely, or is fixed to the world.",
+    ),
 ]
 SelfOverlaps = Annotated[
     bool,
-    typer.Option("--self-overlaps", help="Links touch each other although they overlap from the start."),
+    typer.Option("--self-overlaps", help="Keep contacts between links that overlap at the start."),
 ]
 KeyframeName = Annotated[
-    str | None, typer.Option("--keyframe", help="A keyframe of the model to start from.")
+    str | None, typer.Option("--keyframe", help="Name of the keyframe of the model to start from.")
 ]
-Step = Annotated[float | None, typer.Option(help="Time step (s); that of the scene, else 5e-3.")]
+Step = Annotated[float | None, typer.Option(help="Time step (s); default: that of the scene, or 5e-3.")]
 Law = Annotated[
     str | None,
     typer.Option(
-        help="coulomb (default) or associated (convex relaxation).", autocompletion=completion.law_names
+        help="Law of friction: coulomb (exact, default) or associated (convex relaxation).",
+        autocompletion=completion.law_names,
     ),
 ]
 Method = Annotated[
     str | None,
     typer.Option(
-        help="auto (default), or one of the methods that 'compare' runs.",
+        help="Method: auto (default), or a method that `amontons compare` lists.",
         autocompletion=completion.method_names,
     ),
 ]
-Tolerance = Annotated[float | None, typer.Option(help="Natural residual of each step; 1e-6 by default.")]
-MaxIterations = Annotated[int | None, typer.Option(help="Of the solve of each step.")]
-Budget = Annotated[float | None, typer.Option(help="Wall clock of each step (s).")]
+Tolerance = Annotated[
+    float | None, typer.Option(help="Tolerance of the natural residual of each step; default: 1e-6.")
+]
+MaxIterations = Annotated[int | None, typer.Option(help="Limit of iterations for the solve of each step.")]
+Budget = Annotated[float | None, typer.Option(help="Wall-clock limit for each step (s).")]
 
 
 @dataclass

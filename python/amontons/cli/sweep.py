@@ -22,26 +22,33 @@ def sweep(
     study: Annotated[
         Path,
         typer.Argument(
-            metavar="STUDY", help="A TOML file: run, [grid]; see docs/studies.md.", autocompletion=studies
+            metavar="STUDY",
+            help="Study file (TOML), with the keys of docs/studies.md.",
+            autocompletion=studies,
         ),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--out", "--output", "-o", help="The .parquet file, in place of that of the study."),
+        typer.Option(
+            "--out", "--output", "-o", help="Parquet file to write; default: the one that the study names."
+        ),
     ] = None,
     processes: Annotated[
         int | None,
-        typer.Option(help="Worker processes, one per core by default; 0: none, one run after the other."),
+        typer.Option(
+            help="Number of worker processes; default: one per core. 0: no workers, runs one after another."
+        ),
     ] = None,
     dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler that runs them.")
+        str | None, typer.Option(metavar="ADDRESS", help="Address of the Dask scheduler that does the runs.")
     ] = None,
     redo: Annotated[
-        list[str] | None, typer.Option(help="Run those anew that are failed, timeout or died; repeatable.")
+        list[str] | None,
+        typer.Option(help="Repeat the runs with this status: failed, timeout or died. Repeatable."),
     ] = None,
     module: Annotated[
         str | None,
-        typer.Option(help="Of a study of somebody else: run scenes and functions of this module alone."),
+        typer.Option(help="Allow only scenes and functions of this module (for a study of somebody else)."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -13,7 +13,7 @@ from ..simulation.simulation import Simulation
 from ..viewer import HOST, PORT
 from ..viewer import view as open_view
 from ..viewer.title import title_of
-from .common import DeviceName, Threads, notes, one_line_errors, say
+from .common import DeviceOfSteps, Threads, notes, one_line_errors, say
 from .subject import (
     SAVED,
     Budget,
@@ -43,23 +43,23 @@ def view(
         str,
         typer.Argument(
             metavar="MODEL_OR_SCENE_OR_RECORDING",
-            help="A scene (see `amontons scenes`), a model (MJCF .xml, .urdf), a saved simulation or a "
+            help="Scene (see `amontons scenes`), model (MJCF .xml, .urdf), saved simulation or "
             "recording (.h5).",
             show_default=False,
         ),
     ],
-    play: Annotated[bool, typer.Option("--play/--pause", help="Whether it plays at once.")] = False,
-    speed: Annotated[float, typer.Option(help="Simulated over real time.")] = 1.0,
+    play: Annotated[bool, typer.Option("--play/--pause", help="Start playing at once.")] = False,
+    speed: Annotated[float, typer.Option(help="Playback speed: simulated time over real time.")] = 1.0,
     host: Annotated[
-        str, typer.Option(help="Where the page can be reached; by default from here alone.")
+        str, typer.Option(help="Address to serve the page at; default: only this machine can open it.")
     ] = HOST,
-    port: Annotated[int, typer.Option(help="Of the page; the next free one is taken.")] = PORT,
+    port: Annotated[int, typer.Option(help="Port of the page; the next free one if it is taken.")] = PORT,
     allow_origin: Annotated[
         list[str] | None,
-        typer.Option(help="A further address of the page, http://NAME:PORT; may be given several times."),
+        typer.Option(help="Further address of the page, http://NAME:PORT. Repeatable."),
     ] = None,
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Ask the desktop to open the page.")
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the default browser.")
     ] = True,
     dt: Step = None,
     law: Law = None,
@@ -67,7 +67,7 @@ def view(
     tolerance: Tolerance = None,
     max_iterations: MaxIterations = None,
     threads: Threads = None,
-    device: DeviceName | None = None,
+    device: DeviceOfSteps = None,
     budget: Budget = None,
     settings: Parameters = None,
     strict: Strict = False,

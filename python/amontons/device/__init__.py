@@ -1,4 +1,4 @@
-"""P-SPG-FB and APGD on devices: the passes as kernels for OpenCL and CUDA, and in NumPy.
+"""P-SPG-FB and APGD on devices: the passes as kernels for OpenCL and CUDA.
 
 A leaf of the package: `problem` and `simulation` reach it by the hook `source_of_device` alone. pyopencl or
 CuPy are imported with the first use of a device.
@@ -6,6 +6,5 @@ CuPy are imported with the first use of a device.
 
 from .backend import Device as Device
 from .found import devices as devices
-from .numpy_iterate import NumpyIterate as NumpyIterate
 
-__all__ = ["Device", "NumpyIterate", "devices"]
+__all__ = ["Device", "devices"]

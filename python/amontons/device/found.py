@@ -13,11 +13,10 @@ from ..errors import InputError
 from ..problem.iterate import source_of_device
 from . import cuda, opencl
 from .backend import Backend, Device, Memory
-from .numpy_iterate import NumpyIterate
 from .passes import DeviceIterate
 
 BACKENDS: dict[str, Any] = {"cuda": cuda, "opencl": opencl}
-NAMES = '"cpu", "gpu", "cuda", "cuda:1", "opencl", "opencl:1", "numpy"'
+NAMES = '"cpu", "gpu", "cuda", "cuda:1", "opencl", "opencl:1"'
 
 
 def devices() -> tuple[Device, ...]:
@@ -115,8 +114,6 @@ def _source_of_device(device: object, least_contacts: int) -> _core.IterateSourc
         raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
     if device == "cpu":
         return None
-    if device == "numpy":
-        return _core.IterateSource("numpy", NumpyIterate.of_core, True, least_contacts)
     chosen = chosen_device(device)
     return source_on(open_device(chosen), chosen.name, least_contacts)
 

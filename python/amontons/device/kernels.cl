@@ -5,7 +5,7 @@
 // Bits: a work group serves a tile of TILE places, whatever its own size is. Sums go from places to tiles by a tree, from
 // tiles to one number by strided chains and the same tree, from lists to bodies in the order of the list. So no bit
 // depends on the size of a group or on the order of work items. No contraction; division and square root are correctly
-// rounded in double precision. numpy_iterate.py does the same operations in the same order.
+// rounded in double precision. tests/support/numpy_iterate.py does the same operations in the same order.
 //
 // Bytes per contact and iteration, each array counted once per pass that reads or writes it:
 //   direction  normal 24, mu 8, p 8, x 24, u 24 read, d 24 written                                   112

@@ -34,7 +34,7 @@ class TendonTerm:
 
 @dataclass(frozen=True)
 class PathElement:
-    """One stop of a spatial tendon on its way."""
+    """One element of the path of a spatial tendon: a point, an obstacle to wrap around, or a pulley."""
 
     kind: str = "point"
     """point (the tendon passes through the origin of the frame) | sphere, cylinder (an obstacle that it goes
@@ -62,7 +62,7 @@ class PathElement:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A length that joints or bodies change, and what acts along it.
+    """A tendon: a length that follows from joint coordinates or a path, with limits, spring and friction.
 
     Fixed: the linear combination `terms` of joint coordinates, in their unit. Spatial: the length of `path`
     (m). Efforts along it are positive where they lengthen it.

@@ -107,7 +107,7 @@ MOTOR_TERMS = {
 @guided
 @dataclass(frozen=True)
 class Motor:
-    """Drive of a degree of freedom besides its spring, by one of `Simulation.controls`."""
+    """Drive of one degree of freedom of a joint; its target or effort is one of `Simulation.controls`."""
 
     kind: str = "none"
     """none | effort (the control is the force or torque) | velocity | position"""
@@ -406,7 +406,7 @@ NO_FLUID = Fluid()
 
 @dataclass(frozen=True)
 class FluidBox:
-    """How a body feels the fluid: as a box, by Stokes' drag and the dynamic pressure on its faces.
+    """Fluid forces on a body as on a box: Stokes' drag and dynamic pressure on its faces.
 
     With the mean edge d, edges b, and the velocity v and spin w along its axes: the force is -(3 pi d
     viscosity + density / 2 b_j b_k |v_i|) v_i and the torque -(pi d^3 viscosity + density / 64 b_i (b_j^4 +

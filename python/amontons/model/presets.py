@@ -39,7 +39,7 @@ EFFECTS = ("large", "small", "none")
 
 @dataclass(frozen=True)
 class Unread:
-    """Something that a model file asks for and that was not read, see `Model.unread`."""
+    """An element of a model file that is not supported; `Model.unread` lists them."""
 
     place: str
     """file:line"""

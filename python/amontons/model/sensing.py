@@ -31,7 +31,7 @@ SENSORS: dict[str, int] = {
 
 @dataclass(frozen=True)
 class Site:
-    """A frame fixed in a body, to look at and to measure in."""
+    """A named frame fixed in a body; `Simulation.site` reads its pose and velocity."""
 
     name: str = ""
     body: int = WORLD
@@ -43,7 +43,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Sensor:
-    """Something that is measured, see `Simulation.sensors`."""
+    """A sensor of a model; `Simulation.sensors` reads its value."""
 
     name: str
     kind: str

@@ -18,7 +18,7 @@ from .transforms import ORIGIN, Transform
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Triangles to look at, of any form.
+    """A visual triangle mesh; it need not be closed.
 
     vertices: (n, 3) (m), kept in single precision. triangles: (m, 3) indices, counter-clockwise from outside.
     """
@@ -46,7 +46,7 @@ class TriangleMesh:
 
 @dataclass(frozen=True)
 class Visual:
-    """Something to be seen on a body, or on the world, that touches nothing."""
+    """A visual shape on a body or on the world; it has no contacts."""
 
     name: str = ""
     body: int = WORLD

@@ -16,7 +16,7 @@ METHODS = ("auto", "p-spg-fb", "apgd")
 
 
 class Iterate(Protocol):
-    """Where the vectors of `p-spg-fb` and `apgd` live, and the passes over them: for `Problem.solve`.
+    """Vectors of `p-spg-fb` and `apgd` and the passes over them, supplied by the user of `Problem.solve`.
 
     The methods, their limits, the best iterate, history, deadline and certificate stay those of amontons.
     They see scalars only. So the vectors may be arrays of JAX, PyTorch or CuPy, on any device.

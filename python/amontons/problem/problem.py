@@ -344,9 +344,9 @@ def solve(
         stops the solve. Exceptions of the callback, or of A's product, propagate.
     threads: number of threads, None for one per core where the problem is large enough; the result does not
         depend on it.
-    device: where "p-spg-fb" and "apgd" run, by a name of `amontons.devices()`; "gpu" is the first GPU,
-        "numpy" the reference in NumPy. "auto" takes one of the two there; other methods run on the CPU, and
-        `Solution.device` and `Solution.reason` say so. Results agree with those of the CPU to rounding.
+    device: where "p-spg-fb" and "apgd" run, by a name of `amontons.devices()`; "gpu" is the first
+        GPU. "auto" takes one of the two there; other methods run on the CPU, and `Solution.device` and
+        `Solution.reason` say so. Results agree with those of the CPU to rounding.
     method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
         "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
 

@@ -35,7 +35,7 @@ def render(
     forces: bool | float = False,
     collision: bool = False,
 ) -> NDArray[np.uint8]:
-    """A picture of the state of now: (height, width, 3) red, green and blue, the highest row first.
+    """Render the present state: (height, width, 3) of red, green and blue, the top row first.
 
     Needs no display and no graphics card, and comes out the same everywhere.
 

@@ -88,7 +88,7 @@ class Driving(Queries):
     def reset(
         self, keyframe: int | str | None = None, *, q: Values | None = None, qd: Values | None = None
     ) -> None:
-        """Begin again: the model's initial state or a keyframe, and then q and qd where they are given.
+        """Set the initial state of the model or a keyframe, and then q and qd where they are given.
 
         Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
         simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.

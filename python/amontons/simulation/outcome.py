@@ -55,7 +55,7 @@ class Report:
 
     @property
     def path(self) -> str:
-        """Which way the step took, the last of these that changed its impulses or velocities.
+        """Path of the step: the last stage that changed its impulses or velocities.
 
         - accurate: the impulses are those that the solve found.
         - joints_restored: the solve missed its tolerance; the joints were solved exactly for the contact
@@ -104,7 +104,7 @@ class Report:
 
     @property
     def substeps(self) -> int:
-        """Parts that the step was made in."""
+        """Number of parts (substeps) of the step."""
         return self._core.substeps
 
     @property
@@ -157,7 +157,7 @@ class Report:
 
     @property
     def timings(self) -> Timings:
-        """Wall clock by phase."""
+        """Wall-clock time of each phase (s)."""
         core = self._core.timings
         return Timings(*(getattr(core, name) for name in TIMINGS))
 

@@ -21,7 +21,7 @@ from .simulation import AfterStep, BeforeStep, Simulation
 
 @dataclass(frozen=True)
 class Rollout:
-    """Where the worlds of `rollout` went: a row per world, and in it one per row of controls.
+    """Trajectories returned by `rollout`: a row per world, and in it one per row of controls.
 
     The rows of a world that failed are NaN from there on, and `failures` says why.
     """

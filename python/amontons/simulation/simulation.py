@@ -185,7 +185,7 @@ class Simulation(Acting, Analysis):
 
     @property
     def state(self) -> State:
-        """Views of what the simulation changes."""
+        """The state of the simulation: views of the arrays that a step changes."""
         return self._state
 
     @property

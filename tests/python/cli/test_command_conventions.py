@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -51,24 +52,30 @@ def test_json_everywhere(tmp_path, monkeypatch, arguments, code):
         assert (tmp_path / file).exists()
 
 
-# Breaks when a command is added without --json.
-def test_no_command_is_left_out():
+def commands():
+    """Name and command of the framework, of all commands."""
     import typer
 
-    def commands(group, path=()):
-        for name, command in group.commands.items():
-            yield from (
-                commands(command, (*path, name))
-                if hasattr(command, "commands")
-                else [((*path, name), command)]
-            )
+    return typer.main.get_command(cli.app).commands.items()
 
-    without = {
-        " ".join(path)
-        for path, command in commands(typer.main.get_command(cli.app))
-        if not any("--json" in parameter.opts for parameter in command.params)
-    }
+
+# Breaks when a command is added without --json.
+def test_no_command_is_left_out():
+    without = {name for name, command in commands() if not any("--json" in p.opts for p in command.params)}
     assert without <= {"view"}  # which shows a page
+
+
+# Breaks when an option has no help, when its help does not begin with what it sets, or when brackets
+# of a text are taken for markup.
+def test_help_says_what_each_option_sets():
+    for name, command in commands():
+        for parameter in command.params:
+            told = getattr(parameter, "help", "")
+            assert told, f"{name}: {parameter.name}"
+            assert not re.match("(Of|What|Whether|Where|A|The) ", told), f"{name}: {told}"
+            assert told.endswith("."), f"{name}: {told}"
+    printed = CliRunner().invoke(cli.app, ["view", "--help"]).output
+    assert "pip install 'amontons[view]'" in " ".join(printed.split())
 
 
 # Breaks when the numbers of a run are not those of its steps.

@@ -5,8 +5,8 @@ import signal
 import amontons
 import numpy as np
 import pytest
-from amontons.device import NumpyIterate
 from device_problems import NAMES, compare_to_cpu, problems, random_problem
+from numpy_iterate import NumpyIterate
 from waiting import processor_time
 
 METHODS = ("p-spg-fb", "apgd")

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import amontons
 import numpy as np
 import pytest
-from amontons.device import NumpyIterate, backend
+from amontons.device import backend
 from amontons.device.found import source_on
 from device_problems import (
     DEVICE,
@@ -21,6 +21,7 @@ from device_problems import (
     problems,
     stepped,
 )
+from numpy_iterate import NumpyIterate
 
 LAWS = ("associated", "coulomb")
 GROUPS = (1, 7, 64, 256)

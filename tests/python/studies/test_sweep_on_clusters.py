@@ -147,7 +147,8 @@ def require_kept(out, executor):
 # Breaks when a study waits for ever for workers that are gone, loses what was done, or cannot go on; or when
 # the bar does not say that none is alive.
 def test_workers_are_gone(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal for Rich
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal for Rich, which can move its cursor
+    monkeypatch.setenv("TERM", "xterm")
     out = tmp_path / "s.parquet"
     with (
         distributed.LocalCluster(

@@ -7,11 +7,8 @@ the contacts, (3, contacts) in world axes, and the single rows, (rows,).
 from __future__ import annotations
 
 import numpy as np
-
-from .. import _core
-from ..checks import Array
-from ..errors import InputError
-from ..problem.problem import Problem
+from amontons import InputError, Problem, _core
+from amontons.checks import Array
 
 TILE = 256
 """places whose terms are summed by one tree"""
@@ -88,7 +85,7 @@ def collect(partial: Array) -> float:
 class NumpyIterate:
     """The passes of a problem of bodies, contacts and rows in NumPy, an `amontons.Iterate`.
 
-    The kernels of a device are tested against it, to the last bit, and it is an example to start from. law:
+    The kernels of a device are tested against it, to the last bit. law:
     that of the solve which it serves, None for that of the problem. InputError for problems that devices do
     not serve: cones other than `Friction`, and A that is neither `Contacts` nor `Factored`.
     """
