@@ -106,6 +106,7 @@ void bind_simulation(nb::module_& m);
 void bind_tables(nb::module_& m);
 void bind_kinematics(nb::module_& m);
 void bind_worlds(nb::module_& m);
+void bind_held_step(nb::module_& m);
 void bind_picture(nb::module_& m);
 
 }  // namespace amontons::python

@@ -78,6 +78,9 @@ void bind_model(nb::module_& m) {
           "from_json",
           [](const std::string& file) { return std::make_shared<Model>(Model::from_json(file)); },
           nb::arg("file"), "The model of a JSON file; its errors name the place.")
+      .def(
+          "to_json", [](const Model& model, const std::string& file) { model.to_json(file); },
+          nb::arg("file"), "Writes a JSON file as C++ does.")
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)

@@ -48,5 +48,6 @@ NB_MODULE(_core, m) {
   bind_tables(m);
   bind_kinematics(m);
   bind_worlds(m);
+  bind_held_step(m);
   bind_picture(m);
 }

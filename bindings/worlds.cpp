@@ -16,7 +16,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std
   return nb::ndarray<nb::numpy, double, nb::ndim<3>>(owner->data(), {worlds, records, columns}, capsule);
 }
 
-nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& worlds,
+nb::tuple run(const std::vector<const Tree*>& trees, const std::vector<std::shared_ptr<Simulation>>& worlds,
               const std::optional<Rows>& controls, const std::optional<Rows>& joint_forces,
               std::size_t records, std::size_t repeat, unsigned threads) {
   Schedule schedule{.records = records, .repeat = repeat, .threads = threads};
@@ -30,10 +30,12 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
                      "joint_forces must have one row per world and record");
     schedule.joint_forces = {joint_forces->data(), joint_forces->size()};
   }
+  AMONTONS_REQUIRE(!trees.empty(), "run_worlds needs a tree");
+  const Tree& tree = *trees.front();
   Course course;
   {
     nb::gil_scoped_release release;
-    course = run_worlds(tree, worlds, schedule, [] {
+    course = run_worlds(trees, worlds, schedule, [] {
       nb::gil_scoped_acquire acquire;
       return PyErr_CheckSignals() != 0;
     });
@@ -49,7 +51,7 @@ nb::tuple run(const Tree& tree, const std::vector<std::shared_ptr<Simulation>>& 
 }  // namespace
 
 void bind_worlds(nb::module_& m) {
-  m.def("run_worlds", &run, nb::arg("tree"), nb::arg("worlds"), nb::arg("controls").none(),
+  m.def("run_worlds", &run, nb::arg("trees"), nb::arg("worlds"), nb::arg("controls").none(),
         nb::arg("joint_forces").none(), nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
         "Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and "
         "record, how many "

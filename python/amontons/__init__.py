@@ -30,6 +30,7 @@ from .errors import SimulationError as SimulationError
 from .errors import StepWarning as StepWarning
 from .errors import SymmetrisedWarning as SymmetrisedWarning
 from .errors import UnsupportedWarning as UnsupportedWarning
+from .io import Lost as Lost
 from .io import load_model as load_model
 from .io import read_problem as read_problem
 from .io import read_recording as read_recording
@@ -88,6 +89,8 @@ from .report.render import render_view as render_view
 from .simulation.acting import Effort as Effort
 from .simulation.acting import Instant as Instant
 from .simulation.acting import Reaction as Reaction
+from .simulation.derivative import Derivative as Derivative
+from .simulation.derivative import Pullback as Pullback
 from .simulation.events import ContactEvents as ContactEvents
 from .simulation.inverse_kinematics import IkSolution as IkSolution
 from .simulation.linearise import Linearisation as Linearisation
@@ -98,6 +101,10 @@ from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
+from .simulation.world_batch import WorldBatch as WorldBatch
+from .studies.identify import Fit as Fit
+from .studies.identify import Motion as Motion
+from .studies.identify import identify as identify
 from .studies.sweep import sweep as sweep
 from .viewer import view as view
 

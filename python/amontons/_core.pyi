@@ -1439,6 +1439,9 @@ class Model:
     def from_json(file: str) -> Model:
         """The model of a JSON file; its errors name the place."""
 
+    def to_json(self, file: str) -> None:
+        """Writes a JSON file as C++ does."""
+
     @property
     def dofs(self) -> int: ...
 
@@ -1858,10 +1861,33 @@ class Tree:
 
     def generalised_forces(self, simulation: Simulation, forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], torques: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-def run_worlds(tree: Tree, worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
+def run_worlds(trees: Sequence[Tree], worlds: Sequence[Simulation], controls: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, joint_forces: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None, records: int, repeat: int, threads: int) -> tuple:
     """
     Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and record, how many records each world completed, and why it stopped.
     """
+
+class HeldStep:
+    """The last step of a simulation with its faces held."""
+
+    def __init__(self, simulation: Simulation) -> None: ...
+
+    def options(self, given: SimulationOptions) -> SimulationOptions:
+        """Options of simulations that make the step on these faces."""
+
+    @property
+    def margin(self) -> float: ...
+
+    @property
+    def determines_velocities(self) -> bool: ...
+
+    @property
+    def rows(self) -> int: ...
+
+    @property
+    def others(self) -> int: ...
+
+    @property
+    def residual(self) -> float: ...
 
 class Appearance(enum.Enum):
     moving = 0

@@ -44,6 +44,10 @@ class Collector {
     return count;
   }
 
+  // One triangle in pixels. Corners are rounded to the grid before the area is taken. Two triangles with a
+  // common edge then see the same edge, and each sample beside it lies in one of them. A triangle that shows
+  // its back is left out, unless both sides count. It then becomes one that shows its front, with the
+  // opposite normals.
   void emit(const Corner (&corners)[3], std::int32_t thing, Layer layer, bool both_sides) {
     ScreenTriangle t;
     for (int k = 0; k < 3; ++k) {
@@ -98,6 +102,8 @@ std::vector<Vec3> mean_normals(const PictureSurface& surface) {
   return sums;
 }
 
+// A line is a strip of constant width on the screen: two triangles across its direction there. One that
+// points at the eye has no direction and is left out, as is one that reaches behind the eye.
 void add_line(const PictureLine& line, std::int32_t index, const Projection& to, Collector& out) {
   const Vec3 a = to.view(line.from), b = to.view(line.to);
   if (a.z > to.nearest() || b.z > to.nearest()) return;

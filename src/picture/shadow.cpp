@@ -64,6 +64,8 @@ Box lit(const PictureScene& scene, std::span<const Transform> bodies, const Proj
   return box;
 }
 
+// A camera that looks from the light along its rays. Its axes are any two across them; where the light stands
+// in the zenith, the cross product with z vanishes and x serves.
 PictureCamera towards(const Vec3& light) {
   PictureCamera camera;
   const Vec3 across = cross({0, 0, 1}, light);
@@ -74,6 +76,8 @@ PictureCamera towards(const Vec3& light) {
   return camera;
 }
 
+// The same camera with the box in its middle. The longer side of the box takes all texels but the margin. The
+// margin keeps the filter of the shadow from reading beyond the map.
 PictureCamera framing(PictureCamera camera, const Box& box, int texels) {
   const Vec3 size = box.high - box.low, middle = 0.5 * (box.low + box.high);
   camera.pixel = std::max(std::max(size.x, size.y) / std::max(texels - 2 * margin, 1), 1e-12);

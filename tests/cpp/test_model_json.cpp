@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fstream>
 
 #include "amontons.hpp"
@@ -41,6 +42,25 @@ TEST(model_from_json) {
   CHECK(d.joints[0].dofs[0].upper == infinity && d.joints[0].dofs[0].lower == -infinity);
   const Model model(d);
   CHECK(model.body_index("ball") == 0);
+}
+
+// Fails if what is written is not what was read, an infinity is a number, or a later version is read.
+TEST(model_to_json) {
+  const ModelDescription d = read_model_json(good);
+  const std::string text = write_model_json(d);
+  CHECK(write_model_json(read_model_json(text)) == text);
+  CHECK(text.find("\"-Infinity\"") != std::string::npos &&
+        text.find("\"friction_across\":null") != std::string::npos);
+  CHECK(text.find("\"version\":1") != std::string::npos);
+  CHECK_THROWS(read_model_json(broken("\"shapes\"", "\"version\": 2, \"shapes\""), "m.json"),
+               "m.json: version: it is 2; this version of amontons reads 1");
+  CHECK_THROWS(write_model_file(d, "no/such/folder/m.json"), "cannot be written");
+  // A name that cannot be replaced stays, and nothing is left beside it.
+  const auto taken = std::filesystem::temp_directory_path() / "amontons_taken.json";
+  std::filesystem::create_directory(taken);
+  CHECK_THROWS(write_model_file(d, taken), "cannot be written");
+  CHECK(std::filesystem::is_directory(taken) && !std::filesystem::exists(taken.string() + ".part"));
+  std::filesystem::remove(taken);
 }
 
 // Fails if a broken file is read, or the message does not say where it is broken.

@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from textwrap import shorten
 
-MODELS = (".xml", ".mjcf", ".urdf", ".json", ".h5", ".hdf5", ".hdf")
+MODELS = (
+    ".xml", ".mjcf", ".urdf", ".json", ".sdf", ".world", ".usd", ".usda", ".usdc", ".usdz", ".mjb", ".xacro",
+)  # fmt: skip
+SAVED = (".h5", ".hdf5", ".hdf")
 PROBLEMS = (".hdf5", ".h5", ".npz", ".mtx")
 
 
@@ -23,7 +26,7 @@ def scene_names(incomplete: str) -> list[tuple[str, str]]:
 
 def subjects(incomplete: str) -> list[tuple[str, str]]:
     """Scenes and model files."""
-    return scene_names(incomplete) + _files(incomplete, MODELS)
+    return scene_names(incomplete) + _files(incomplete, (*MODELS, *SAVED))
 
 
 def problems(incomplete: str) -> list[tuple[str, str]]:

@@ -18,12 +18,11 @@ from ..model.parts import WORLD
 from ..simulation.simulation import Simulation
 from . import completion
 from .common import working
+from .completion import MODELS, SAVED
 
 if TYPE_CHECKING:
     from ..scenes import Scene
 
-MODELS = (".xml", ".mjcf", ".urdf", ".json")
-SAVED = (".h5", ".hdf5", ".hdf")
 DURATION = 5.0
 """Simulated time of models that do not say how long they are worth watching (s)."""
 

@@ -32,16 +32,18 @@ class Moment:
     qd: Array
     """(worlds, nv), as `Simulation.qd`"""
     action: Array
-    """(worlds, actuators), the one that led here; zeros at the start of an episode"""
+    """(worlds, actions), the one that led here; zeros at the start of an episode"""
     goal: Array
     """(worlds, n), what `Task.start` chose"""
     seen: Mapping[str, Array] = field(default_factory=dict)
     """what `Task.look` found, by name"""
+    time: Array = field(default_factory=lambda: np.zeros(0))
+    """(worlds,), since the start of the episode (s)"""
 
     def rows(self, rows: Any) -> Moment:
         """Some of the worlds."""
         seen = {name: values[rows] for name, values in self.seen.items()}
-        return Moment(self.q[rows], self.qd[rows], self.action[rows], self.goal[rows], seen)
+        return Moment(self.q[rows], self.qd[rows], self.action[rows], self.goal[rows], seen, self.time[rows])
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,28 @@ class Task(ABC):
     def interval(self) -> float:
         """Time between two actions (s)."""
         return self.dt * self.repeat
+
+    @property
+    def action_limits(self) -> tuple[Array, Array]:
+        """The least and the largest action, (actions,) each; by default the limits of the controls."""
+        lower, upper = np.array(self.model.control_limits, np.float64).reshape(-1, 2).T
+        return lower, upper
+
+    def act(self, action: Array, now: Moment) -> Array:
+        """Returns the controls, (worlds, controls), of an action, (worlds, actions), from the instant `now`.
+
+        Called once per action; the controls are clipped to their limits and held for `repeat` steps. By
+        default actions are controls. Other actions need `action_limits` too.
+        """
+        return action
+
+    def vary(self, model: Model, random: np.random.Generator) -> Model:
+        """Returns the model of one world for the episode that begins, by default the task's own, `model`.
+
+        For `model.with_(friction={"foot*": random.uniform(0.3, 1.0)})`, for example: other numbers, the same
+        coordinates and controls. Called before `start`, with the same random numbers.
+        """
+        return model
 
     def start(self, q: Array, random: np.random.Generator) -> tuple[Array, Array, Array]:
         """q, qd and goal of one world that begins; q: the model's own start."""

@@ -9,6 +9,8 @@ import numpy as np
 
 from ..checks import Array
 from ..errors import InputError, SimulationError
+from ..model.model import Model, no_model
+from ..model.variants import same_structure
 from ..simulation.driving import clipped
 from ..simulation.rollout import advance_worlds
 from ..simulation.simulation import Simulation
@@ -30,9 +32,10 @@ class Worlds:
         self.now = Moment(
             np.tile(first.q, (count, 1)),
             np.tile(first.qd, (count, 1)),
-            np.zeros((count, len(task.model.control_names))),
+            np.zeros((count, len(task.action_limits[0]))),
             np.tile(goal, (count, 1)),
             task.look(self.simulations),
+            np.zeros(count),
         )
 
     def start(self, rows: Sequence[int], random: Sequence[np.random.Generator]) -> None:
@@ -41,12 +44,26 @@ class Worlds:
             return
         now = self.now
         for k in rows:
+            self._vary(k, random[k])
             q, qd, now.goal[k] = self.task.start(self.home, random[k])
             self.simulations[k].reset(q=q, qd=qd)
             now.q[k], now.qd[k], now.action[k] = self.simulations[k].q, self.simulations[k].qd, 0.0
+            now.time[k] = 0.0
         seen = self.task.look([self.simulations[k] for k in rows])
         for name, values in seen.items():
             now.seen[name][rows] = values
+
+    def _vary(self, k: int, random: np.random.Generator) -> None:
+        """Gives a world the model of its next episode."""
+        task, old = self.task, self.simulations[k]
+        model = task.vary(task.model, random)
+        if model is old.model:
+            return
+        if not isinstance(model, Model):
+            raise no_model("what Task.vary returned", model)
+        if difference := same_structure([task.model, model]):
+            raise InputError(f"Task.vary: {difference}")
+        old._take_model(model)
 
     def observe(self) -> Array:
         return self.task.observe(self.now)
@@ -67,14 +84,16 @@ class Worlds:
         """
         before, now = self.now.rows(rows), self.now
         acting = [self.simulations[k] for k in rows]
+        controls = self._controls(actions, before)
         if watch is not None:
-            now.q[rows], now.qd[rows], failed = self._step_watched(acting[0], actions[0], watch)
+            now.q[rows], now.qd[rows], failed = self._step_watched(acting[0], controls[0], watch)
         else:
-            course = advance_worlds(acting, actions[:, None], self.task.repeat, threads)
+            course = advance_worlds(acting, controls[:, None], self.task.repeat, threads)
             failed = np.array([bool(failure) for failure in course.failures])
             now.q[rows] = np.where(failed[:, None], before.q, course.q[:, -1])
             now.qd[rows] = np.where(failed[:, None], before.qd, course.qd[:, -1])
         now.action[rows] = actions
+        now.time[rows] += self.task.interval
         for name, values in self.task.look(acting).items():
             now.seen[name][rows] = values
         after = now.rows(rows)
@@ -82,11 +101,23 @@ class Worlds:
         info = {**outcome.info, **self.task.locate(after), "failed": failed}
         return outcome.reward, outcome.terminated | failed, info
 
+    def _controls(self, actions: Array, before: Moment) -> Array:
+        """The controls that the task makes of actions, checked."""
+        controls = np.asarray(self.task.act(actions, before), dtype=np.float64)
+        shape = len(actions), len(self.task.model.control_names)
+        if controls.shape != shape:
+            raise InputError(
+                f"Task.act returned the shape {controls.shape}; it must be (worlds, controls) = {shape}"
+            )
+        if not np.isfinite(controls).all():
+            raise InputError("Task.act returned controls that are not finite")
+        return controls
+
     def _step_watched(
-        self, simulation: Simulation, action: Array, watch: Callable[[], None]
+        self, simulation: Simulation, controls: Array, watch: Callable[[], None]
     ) -> tuple[Array, Array, Array]:
         """q, qd and whether it failed: the same steps one by one, with the callbacks of the viewer."""
-        simulation.controls = clipped(simulation.model, action)
+        simulation.controls = clipped(simulation.model, controls)
         try:
             for _ in range(self.task.repeat):
                 watch()
@@ -97,7 +128,7 @@ class Worlds:
 
 
 def action_space(task: Task) -> gymnasium.spaces.Box:
-    lower, upper = np.array(task.model.control_limits, np.float32).reshape(-1, 2).T
+    lower, upper = (np.array(limit, np.float32) for limit in task.action_limits)
     return gymnasium.spaces.Box(lower, upper, dtype=np.float32)
 
 

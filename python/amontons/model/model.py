@@ -52,6 +52,7 @@ from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
+from .variants import variant
 from .visuals import Visual
 
 FRICTION_RULES = {
@@ -122,6 +123,32 @@ class Model:
 
     def __deepcopy__(self, memo: object) -> Model:
         return self
+
+    def with_(
+        self,
+        *,
+        friction: Mapping[Any, float] | None = None,
+        restitution: Mapping[Any, float] | None = None,
+        mass: Mapping[str, float] | None = None,
+        mass_scale: Mapping[str, float] | None = None,
+        damping: Mapping[str, float] | None = None,
+        armature: Mapping[str, float] | None = None,
+        gain: Mapping[str, float] | None = None,
+    ) -> Model:
+        """A variant: this model with other numbers, each by a name or by a pattern, {"foot*": 0.4}.
+
+        friction, restitution: of geoms, or of all geoms of a body or link. Contacts combine them by the rules
+            of the model. Pairs with a material of their own follow their geoms. Two names set that of a pair:
+            {("foot*", "floor"): 0.4}.
+        mass: of bodies with all their links, or of links (kg); inertia in proportion. mass_scale: factors.
+        damping (N s/m, N m s/rad), armature (kg, kg m^2): of degrees of freedom, or all of a joint.
+        gain: of controls: on the control, and in the bias of servos; kp of position motors, kd of others.
+
+        Warns (ModelWarning) of pairs with a value of their own that stays, and of a value that changes no
+        contact. Raises InputError naming the name that is not known, or the value that cannot be.
+        """
+        given = {name: value for name, value in locals().items() if name != "self"}
+        return variant(self, given)
 
     @cached_property
     def body_names(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -9,12 +10,19 @@ import numpy as np
 
 from .. import _core
 from ..checks import Array, Numbers, chosen, flag, integer, option, positive, quaternion, vector3
-from ..errors import InputError
+from ..errors import InputError, StepWarning
 from ..model.model import Model
 from . import inverse_kinematics as ik
+from .derivative import Derivative, Held, derivative_of, limits_at_rest
+from .differences import CHANGE, INPUTS, held_change, placed
 from .events import ContactEvents, contact_events
-from .linearise import INPUTS, Linearisation, linearise_core
+from .holding import held_by
+from .linearise import Linearisation, linearise_core
+from .options import core_options
+from .passive import passive_forces_of
 from .queries import Queries
+
+CONTACTS = {"free": None, "held": None}
 
 
 class Analysis(Queries):
@@ -38,15 +46,25 @@ class Analysis(Queries):
         """
         return contact_events(self._core, self._model)
 
-    def gravity_compensation(self) -> Array:
+    def gravity_compensation(self, *, joints: Iterable[str] | None = None, springs: bool = True) -> Array:
         """The generalised forces, (nv,), that hold the present pose at rest against gravity (N, N m).
 
-        In the order of `qd`: bias_forces() without velocities. Springs, contacts and loads are not in them;
-        where loops are closed, they are the forces with which the loops carry nothing.
+        In the order of `qd`: bias_forces() without velocities, less what springs hold. Contacts and loads are
+        not in them.
+
+        joints: names of the coordinates or joints that hold it, the entries of all others are zero; the
+            smallest forces of those that do. None: all of them; where loops are closed, with the forces with
+            which the loops carry nothing. Closed loops carry the rest if joints are named.
+        springs: whether springs help; False: as if there were none.
+
+        Raises InputError naming what is not held by these joints, as a floating base, or who is not known.
         """
         still = self._core.copy()
         still.linear_velocities[...] = still.angular_velocities[...] = 0.0
-        return self._model.tree.inverse_dynamics(still, np.zeros(self._model.nv))
+        forces = self._model.tree.inverse_dynamics(still, np.zeros(self._model.nv))
+        if flag("springs", springs):
+            forces = forces - passive_forces_of(still, self._model)
+        return forces if joints is None else held_by(still, self._model, joints, forces)
 
     def solve_ik(
         self,
@@ -96,25 +114,97 @@ class Analysis(Queries):
         return found
 
     def linearise(
-        self, *, inputs: str = "controls", tolerance: float = 1e-10, threads: int | None = None
+        self,
+        *,
+        inputs: str = "controls",
+        contacts: str = "free",
+        tolerance: float = 1e-10,
+        threads: int | None = None,
     ) -> Linearisation:
         """A and B of one time step: the state after it as a linear function of state and inputs before it.
 
         By central differences, each a step of a copy; the copies run side by side. `Linearisation` describes
-        the state and the inputs, their order and units. If contacts begin, end or start to slide, there is no
-        derivative: the numbers then belong to a change of 1e-6. Functions of before_step and after_step are
-        not called. Each changed state is the nearest one with closed loops.
+        the state and the inputs, their order and units. Functions of before_step and after_step are not
+        called. Each changed state is the nearest one with closed loops.
 
         inputs: "controls", of actuators and motors, or "joint_forces", generalised forces along qd.
+        contacts: "free": each changed step finds its own contacts. Where contacts begin, end or start to
+            slide there is no derivative: the numbers then belong to a change of 1e-6, `kinks` names the
+            states, and a StepWarning says so. "held": contacts, limits and drives stay open, stick, slide or
+            stay at a bound as in the step from here, which is what a feedback about a stance needs.
         tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a
             time, by default one per core; the result does not depend on it.
 
         Raises SimulationError if a step fails, InputError naming the argument.
         """
         chosen("inputs", inputs, INPUTS)
-        probe = self.copy()
-        least = min(option("tolerance", tolerance), probe.options["tolerance"])
+        chosen("contacts", contacts, CONTACTS)
         if threads is not None:
             threads = int(option("threads", threads))
+        probe = self._precise(tolerance)
+        core = probe._core
+        if contacts == "held":
+            core.assign(placed(core, self._model))
+            core.step()
+            core = Held(core, self._model, core_options(probe.options)).simulation()
+        change = held_change(self._model) if contacts == "held" else CHANGE
+        found = linearise_core(core, self._model, self.dt, inputs, threads, change)
+        if contacts == "free" and found.kinks:
+            count = len(found.states + found.inputs)
+            warnings.warn(
+                f"differences to both sides disagree for {len(found.kinks)} of {count} states and inputs, as "
+                f"{found.kinks[0]}: contacts open, close or begin to slide; for a feedback give "
+                'contacts="held"',
+                StepWarning,
+                stacklevel=2,
+            )
+        return found
+
+    def _precise(self, tolerance: float) -> Any:
+        """A copy whose steps are solved to a tolerance that is no looser."""
+        probe = self.copy()
+        least = min(option("tolerance", tolerance), probe.options["tolerance"])
         probe.change_options(tolerance=least, threads=1)
-        return linearise_core(probe._core, self._model, self.dt, inputs, threads)
+        return probe
+
+    def derivative(
+        self,
+        *,
+        parameters: Iterable[str] = (),
+        inputs: str = "controls",
+        tolerance: float = 1e-11,
+        threads: int | None = None,
+    ) -> Derivative:
+        """The derivative of the step just made, on the faces of its solution: `Derivative`.
+
+        Its rows are the state after the step, its columns state, inputs and parameters before it. Contacts,
+        limits, dry friction and bounds of drives stay as they are in the step (open, stick, slide, at a
+        bound). `differentiable` says whether that is the derivative of the step itself, `margin` how far the
+        next border is. The state does not change, and functions of before_step and after_step are not called.
+
+        parameters: names as "friction:foot", "mass:link2", "damping:elbow", "armature:*", "gain:servo": a
+            quantity of `Model.with_` and a name or pattern; of a pattern all change together.
+        inputs: "controls" or "joint_forces", as they were during the step.
+        tolerance: to which the step is solved again first, if it can be: redundant joints allow less.
+
+        Raises InputError before the first step, or naming the argument; SimulationError if a step fails.
+        """
+        chosen("inputs", inputs, INPUTS)
+        if threads is not None:
+            threads = int(option("threads", threads))
+        _ = self._core.instant_time  # there was a step
+        before = self.copy()
+        before._core.restore_last()
+        for finest in (tolerance, 100 * tolerance, self.options["tolerance"]):
+            precise = before._precise(finest)
+            precise._core.assign(placed(precise._core, self._model))
+            report = precise._core.step()
+            if report.is_sound and report.path == "accurate":
+                break
+        unsound = "" if report.is_sound and report.path == "accurate" else f"the step ended by {report.path}"
+        if report.substeps > 1:
+            unsound = f"the step was made in {report.substeps} parts"
+        if resting := limits_at_rest(precise._core, self._model):
+            unsound = f"{', '.join(resting[:3])} rests at a limit, which is held to both sides"
+        held = Held(precise._core, self._model, core_options(precise.options))
+        return derivative_of(held, self.dt, inputs, parameters, threads, unsound)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, Numbers, reals, shown, suggestion, vector3
+from ..checks import Array, Numbers, flag, reals, shown, suggestion, vector3
 from ..errors import InputError
 from ..model.coordinates import known
 from ..model.model import Model
 from ..model.parts import WORLD
+from .passive import passive_forces_of
 
 Values = ArrayLike | Mapping[str, Any]
 """All entries, or some by the names of their coordinates."""
@@ -156,9 +157,23 @@ class GeneralisedCoordinates:
         """c(q, qd), (nv,): Coriolis, centrifugal and gravity forces, so that M qdd + c = tau (N, N m)."""
         return self.inverse_dynamics(np.zeros(self._model.nv))
 
-    def inverse_dynamics(self, qdd: ArrayLike) -> Array:
-        """tau = M qdd + c, (nv,): what springs, dampers, motors, contacts and loads must add up to."""
-        return self._model.tree.inverse_dynamics(self._core, _entries("qdd", qdd, self._model.nv))
+    def inverse_dynamics(self, qdd: ArrayLike, *, passive: bool = False) -> Array:
+        """tau = M qdd + c, (nv,): what springs, dampers, motors, contacts and loads must add up to.
+
+        passive: without what springs, dampers and drag do of it, `passive_forces()`: what is left to motors,
+            contacts and loads, as `mj_inverse` of MuJoCo says.
+        """
+        tau = self._model.tree.inverse_dynamics(self._core, _entries("qdd", qdd, self._model.nv))
+        return tau - self.passive_forces() if flag("passive", passive) else tau
+
+    def passive_forces(self) -> Array:
+        """The forces along qd, (nv,), of springs, dampers and the drag of the fluid at present (N, N m).
+
+        Those of joints and tendons, positive where they speed up qd, without dry friction, armature and
+        actuators. Raises InputError naming a joint that closes a loop with springs on several degrees of
+        freedom.
+        """
+        return passive_forces_of(self._core, self._model)
 
     def generalised_forces(self, forces: ArrayLike, torques: ArrayLike | None = None) -> Array:
         """The forces along qd, (nv,), of forces at the centres of mass and torques on bodies, (n, 3) each.

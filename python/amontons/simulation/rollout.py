@@ -1,4 +1,4 @@
-"""Many simulations of one model at once, on all cores."""
+"""Many simulations of one model, or of its variants, at once on all cores."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from .. import _core, watching
 from ..checks import Array, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
+from ..model.variants import same_structure
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
@@ -45,7 +46,7 @@ class Rollout:
 
 
 def rollout(
-    model: Model,
+    model: Model | Sequence[Model],
     states: ArrayLike | Sequence[Simulation],
     controls: ArrayLike | None = None,
     *,
@@ -60,7 +61,8 @@ def rollout(
 ) -> Rollout:
     """Advance many worlds of a model side by side in C++, without Python's lock.
 
-    states: (worlds, nq + nv), q and then qd of each world; or simulations of the model, which are copied and
+    model: of all worlds, or one per world: variants (`Model.with_`) with the same coordinates and controls.
+    states: (worlds, nq + nv), q and then qd of each world; or simulations of the models, which are copied and
         so go on bit for bit, with their own options.
     controls: (worlds, rows, controls), or (rows, controls) for all worlds alike, in the order of
         `Model.control_names`: each row is set and held for `repeat` steps. None leaves them as they are.
@@ -78,9 +80,9 @@ def rollout(
     InputError naming the argument and, with on_failure="raise", SimulationError naming the first such world,
     or one whose steps missed their tolerance.
     """
-    if not isinstance(model, Model):
-        raise no_model("model", model)
-    worlds = _worlds(model, states, options)
+    models = models_of(model)
+    worlds = _worlds(models, states, options)
+    model = models[0]
     function("before_step", before_step)
     function("after_step", after_step)
     rows = _rows(model, controls, joint_forces, len(worlds), steps)
@@ -174,14 +176,20 @@ def advance_worlds(
     joint_forces: Array | None = None,
     rows: int | None = None,
 ) -> Course:
-    """Advance simulations of one model by controls and forces by rows, or by so many rows without."""
+    """Advance simulations of alike models by controls and forces by rows, or by so many rows without."""
     threads = usable_cores() if threads is None else option("threads", threads)
-    model = worlds[0].model
-    given = None if controls is None else clipped(model, controls)
+    models = [world.model for world in worlds]
+    alike = all(model is models[0] for model in models)
+    given = controls
+    if controls is not None and alike:
+        given = clipped(models[0], controls)
+    elif controls is not None:
+        given = np.array([clipped(model, own) for model, own in zip(models, controls, strict=True)])
     forces = None if joint_forces is None else np.ascontiguousarray(joint_forces)
     rows = controls.shape[1] if rows is None and controls is not None else rows
     cores = [world._core for world in worlds]
-    course = Course(*_core.run_worlds(model.tree, cores, given, forces, rows, repeat, threads))
+    trees = [model.tree for model in (models[:1] if alike else models)]
+    course = Course(*_core.run_worlds(trees, cores, given, forces, rows, repeat, threads))
     for world in worlds:
         world._contacts = None
     return course
@@ -207,7 +215,7 @@ def advance_watched(
             if stopped[k] or failures[k]:
                 break
             if rows.controls is not None:
-                world.state.controls = clipped(model, rows.controls[k, row])
+                world.state.controls = clipped(world.model, rows.controls[k, row])
             if rows.joint_forces is not None:
                 world.state.joint_forces = rows.joint_forces[k, row]
             try:
@@ -225,31 +233,56 @@ def advance_watched(
     return Course(q, qd, residuals, missed, done, failures)
 
 
-def _worlds(model: Model, states: Any, options: dict[str, Any]) -> list[Simulation]:
+def models_of(given: Any) -> list[Model]:
+    """One model, or one per world."""
+    models = [given] if isinstance(given, Model) or not isinstance(given, Sequence) else list(given)
+    for model in models:
+        if not isinstance(model, Model):
+            raise no_model("model", model)
+    if not models:
+        raise InputError("model is empty; give a Model, or one per world")
+    if difference := same_structure(models):
+        raise InputError(f"{difference}; the models of a rollout are variants of one")
+    return models
+
+
+def _worlds(models: list[Model], states: Any, options: dict[str, Any]) -> list[Simulation]:
     if isinstance(states, Sequence) and states and all(isinstance(s, Simulation) for s in states):
         if options:
             raise InputError(f"{', '.join(options)}: simulations have their own options; give states instead")
-        for k, world in enumerate(states):
+        for k, (world, model) in enumerate(zip(states, _by_state(models, len(states)), strict=True)):
             if world.model is not model:
-                raise InputError(f"states[{k}] is a simulation of another model")
+                raise InputError(
+                    f"states[{k}] is a simulation of another model; give the models of the simulations: "
+                    "rollout([s.model for s in states], states)"
+                )
             if world.dt != states[0].dt:
                 raise InputError(f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s")
         return [world.copy() for world in states]
-    first = Simulation(model, **options)
-    rows = reals("states", states)
-    size = model.nq + model.nv
+    rows, first = reals("states", states), models[0]
+    size = first.nq + first.nv
     if rows.ndim != 2 or rows.shape[1] != size or not len(rows):
         raise InputError(
-            f"states has the shape {rows.shape}; it must be (worlds, {size}): nq = {model.nq} coordinates, "
-            f"then nv = {model.nv} velocities"
+            f"states has the shape {rows.shape}; it must be (worlds, {size}): nq = {first.nq} coordinates, "
+            f"then nv = {first.nv} velocities"
         )
-    worlds = [first.copy() for _ in rows]
+    fresh: dict[int, Simulation] = {}
+    for model in models:
+        if id(model) not in fresh:
+            fresh[id(model)] = Simulation(model, **options)
+    worlds = [fresh[id(model)].copy() for model in _by_state(models, len(rows))]
     for k, (world, row) in enumerate(zip(worlds, rows, strict=True)):
         try:
-            world.reset(q=row[: model.nq], qd=row[model.nq :])
+            world.reset(q=row[: first.nq], qd=row[first.nq :])
         except InputError as error:
             raise InputError(f"states[{k}]: {error}") from None
     return worlds
+
+
+def _by_state(models: list[Model], worlds: int) -> list[Model]:
+    if len(models) not in (1, worlds):
+        raise InputError(f"there are {len(models)} models but {worlds} states; give one model, or one each")
+    return models * worlds if len(models) == 1 else models
 
 
 def _rows(model: Model, controls: Any, joint_forces: Any, worlds: int, steps: int | None) -> Rows:

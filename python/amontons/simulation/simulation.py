@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import logging
 import math
-import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
@@ -20,8 +19,7 @@ from ..errors import InputError, ModelWarning, SimulationError, StepWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
-from ..problem.iterate import source_of_device
-from ..problem.options import LAWS, OPTION_TERMS, require_method
+from ..problem.options import OPTION_TERMS
 from ..problem.problem import Problem
 from ..visible import visible
 from .acting import Acting
@@ -35,12 +33,12 @@ from .forces import (
     tendon_table,
 )
 from .loads import Loads
+from .options import core_options
 from .outcome import Report, Table
-from .own_method import OwnMethod, name_of, wrapped
+from .own_method import OwnMethod
 from .state import State
 
 logger = logging.getLogger(__name__)
-RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 BeforeStep = Callable[["Simulation"], object]
 AfterStep = Callable[["Simulation", Report], object]
@@ -160,7 +158,7 @@ class Simulation(Acting, Analysis):
         self._model, self._options = model, given | {"on_failure": on_failure}
         self._state: State
         self._contacts: Table | None
-        self._take(_core.Simulation(model.core, _core_options(given)))
+        self._take(_core.Simulation(model.core, core_options(given)))
         self.before_step, self.after_step = [], []
 
     @property
@@ -454,6 +452,12 @@ class Simulation(Acting, Analysis):
         self._options = changed._options
         self._take(changed._core)
 
+    def _take_model(self, model: Model) -> None:
+        """Begin again with a variant of the model. A viewer that shows this simulation sees it go on."""
+        fresh = Simulation(model, **self._options)
+        self._model = model
+        self._take(fresh._core)
+
     def copy(self) -> Simulation:
         """A simulation that goes on from here bit for bit, and shares with this one only the model.
 
@@ -503,10 +507,19 @@ class Simulation(Acting, Analysis):
     def __setstate__(self, values: dict[str, Any]) -> None:
         arrays = values.pop("_arrays")
         self.__dict__.update(values)
-        core = _core.Simulation(self._model.core, _core_options(self._options))
+        core = _core.Simulation(self._model.core, core_options(self._options))
         scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
         core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
         self._take(core)
+
+    def _set_clock(self, time: float, steps: int) -> None:
+        """Take over a time and a number of steps from a recording."""
+        snapshot = self._core.snapshot()
+        arrays = snapshot.arrays
+        arrays |= {"time": time, "steps": steps}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        self._core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
+        self._take(self._core)
 
     def _take(self, core: _core.Simulation) -> None:
         """Go on with another compiled simulation."""
@@ -535,33 +548,3 @@ class Simulation(Acting, Analysis):
 
     def __repr__(self) -> str:
         return f"amontons.Simulation({self._model!r}, t = {self.time:g} s, dt = {self.dt:g} s)"
-
-
-def _core_options(given: dict[str, Any]) -> _core.SimulationOptions:
-    """Options of the compiled module, in which zero stands for automatic."""
-    o = _core.SimulationOptions()
-    o.dt = option("dt", given["dt"])
-    o.law = chosen("law", given["law"], LAWS)
-    if callable(given["method"]):
-        o.method = name_of(given["method"])
-        o.set_own_method(wrapped(given["method"]))
-    else:
-        o.method = require_method(given["method"])
-    o.tolerance = option("tolerance", given["tolerance"])
-    o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
-    least = int(option("device_contacts", given["device_contacts"]))
-    o.iterates = source_of_device(given["device"], least)
-    o.max_substeps = option("max_substeps", given["max_substeps"])
-    o.warm_start = given["warm_start"]
-    o.recovery = chosen("recovery", given["recovery"], RECOVERIES)
-    if given["max_iterations"] is not None:
-        o.max_iterations = option("max_iterations", given["max_iterations"])
-    if given["budget"] is not None:
-        o.budget = option("budget", given["budget"])
-    for name in ("margin", "recovery_speed", "restitution_speed"):
-        if given[name] is not None:
-            value = option(name, given[name])
-            if value < 0:
-                raise InputError(f"{name} = {value:g}; it must not be negative")
-            setattr(o, name, max(value, sys.float_info.min))  # no automatic value for a zero that was given
-    return o

@@ -34,6 +34,17 @@ def difference(model: Model, first: Array, last: Array) -> Array:
     return change
 
 
+def differences(model: Model, first: Array, last: Array) -> Array:
+    """`difference` of many, (rows, nv), of (rows, nq) each."""
+    change = np.zeros((len(first), model.nv))
+    for at, rates in linear_entries(model):
+        change[:, rates] = last[:, at] - first[:, at]
+    for at, rates in rotations(model):
+        for row, (a, b) in enumerate(zip(first[:, at], last[:, at], strict=True)):
+            change[row, rates] = logarithm(product(conjugate(a), b))
+    return change
+
+
 def linear_entries(model: Model) -> Iterator[tuple[slice, slice]]:
     """Entries of q and qd that are lengths and angles."""
     for c in model.coordinates.values():

@@ -39,4 +39,12 @@ HeightField make_height_field(std::span<const double> heights, std::size_t rows,
   return {std::move(grid)};
 }
 
+// A view of the data of the field, without a copy of its heights. It lives as long as a copy of the
+// field does.
+Heights heights_of(const HeightField& field) {
+  const HeightGrid& grid = *field.data;
+  return {grid.heights, static_cast<std::size_t>(grid.rows), static_cast<std::size_t>(grid.columns),
+          grid.size_x, grid.size_y};
+}
+
 }  // namespace amontons

@@ -231,4 +231,8 @@ Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::i
   return {std::move(mesh)};
 }
 
+// Views of the data of the mesh, which live as long as a copy of the mesh does.
+std::span<const Vec3> vertices_of(const Mesh& mesh) { return mesh.data->vertices; }
+std::span<const std::array<std::int32_t, 3>> triangles_of(const Mesh& mesh) { return mesh.data->triangles; }
+
 }  // namespace amontons

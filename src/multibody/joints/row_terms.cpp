@@ -46,7 +46,8 @@ RowTerms equality_terms(double error, double e, double inverse_mass, const Joint
 }
 
 double closing(double gap, const JointOptions& options) {
-  return std::max(gap / options.h, -options.recovery_speed);
+  const double back = -gap <= options.h * options.closing ? options.closing : 0;
+  return std::max(gap / options.h, -std::max(options.recovery_speed, back));
 }
 
 double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) {

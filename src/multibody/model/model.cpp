@@ -155,6 +155,8 @@ void Model::list_controls() {
     }
 }
 
+void Model::to_json(const std::filesystem::path& file) const { write_model_file(d_, file); }
+
 Model Model::from_json(const std::filesystem::path& file) {
   try {
     return Model(read_model_file(file));

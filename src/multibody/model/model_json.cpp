@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "amontons/base/error.hpp"
 #include "amontons/multibody/model/fields.hpp"
@@ -51,8 +54,8 @@ constexpr std::array<const char*, 1> passed_over<Geom>{"link"};
 template <>
 constexpr std::array<const char*, 2> passed_over<Joint>{"link_a", "link_b"};
 template <>
-constexpr std::array<const char*, 7> passed_over<ModelDescription>{"shapes",  "keyframes", "unread", "sites",
-                                                                   "sensors", "visuals",   "links"};
+constexpr std::array<const char*, 8> passed_over<ModelDescription>{
+    "version", "shapes", "keyframes", "unread", "sites", "sensors", "visuals", "links"};
 
 class Reader {
  public:
@@ -61,6 +64,13 @@ class Reader {
       if (!file.value.is_object() || !file.value.contains(key) || !file.value[key].is_array())
         file.fail(std::string("no model: there is no list \"") + key +
                   "\"; write it by amontons.write_model");
+    if (file.value.contains("version")) {
+      int version = 0;
+      read(file.field("version"), version);
+      if (version > model_json_version)
+        file.field("version").fail("it is " + std::to_string(version) + "; this version of amontons reads " +
+                                   std::to_string(model_json_version) + ": take a newer one");
+    }
     const Place list = file.field("shapes");
     for (std::size_t i = 0; i < list.value.size(); ++i) shapes_.push_back(shape_of(list.entry(i)));
   }
@@ -205,7 +215,124 @@ class Reader {
   std::vector<std::optional<Shape>> shapes_;
 };
 
+// Writes a part by its fields, so that a field that fields.hpp names is written without more. Each write() is
+// the counterpart of a read() above: what one of them gives, the other takes.
+class Writer {
+ public:
+  Json shapes = Json::array();
+
+  // None is const: a list of shapes adds to `shapes`, and among overloads the const one would lose to the
+  // template. JSON has no infinity, so it is a text. NaN does not come here, because it does not pass the
+  // check of a model.
+  Json write(double x) {
+    if (std::isinf(x)) return x > 0 ? "Infinity" : "-Infinity";
+    return x;
+  }
+  Json write(bool x) { return x; }
+  Json write(const std::string& x) { return x; }
+  template <std::integral T>
+  Json write(T x) {
+    return x;
+  }
+  Json write(const Vec3& x) { return {write(x[0]), write(x[1]), write(x[2])}; }
+  Json write(const Quat& x) { return {x.w, x.x, x.y, x.z}; }
+  Json write(const Mat3& x) { return {write(x.row[0]), write(x.row[1]), write(x.row[2])}; }
+  Json write(const std::pair<Index, Index>& x) { return {x.first, x.second}; }
+  template <class T>
+  Json write(const std::optional<T>& x) {
+    return x ? write(*x) : Json();
+  }
+  template <class E>
+    requires std::is_enum_v<E>
+  Json write(E x) {
+    const auto& known = values_of<E>;
+    return std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.value == x; })->name;
+  }
+  template <class T>
+    requires requires(const T& x) { x.begin(); }
+  Json write(const T& list) {
+    Json out = Json::array();
+    for (const auto& part : list) out.push_back(write(part));
+    return out;
+  }
+  // Its index among the shapes. Geoms that share corners share the shape: a hull of a thousand corners that a
+  // hundred geoms have stands once in the file. Primitives are short, and are written for each geom.
+  Json write(const Shape& shape) {
+    const void* corners = std::visit(
+        [](const auto& s) -> const void* {
+          if constexpr (requires { s.data; }) return s.data.get();
+          return nullptr;
+        },
+        shape);
+    const auto [known, added] = known_.try_emplace(corners, shapes.size());
+    if (corners && !added) return known->second;
+    shapes.push_back(std::visit([this](const auto& s) { return written(s); }, shape));
+    return shapes.size() - 1;
+  }
+  template <Described T>
+  Json write(const T& part) {
+    Json out = Json::object();
+    std::apply([&](const auto&... field) { ((out[field.name] = write(part.*field.member)), ...); },
+               fields<T>);
+    // C++ marks a missing coefficient by a number below zero. In the file it is null, as None in Python, so
+    // that a reader needs no number with a second meaning.
+    if constexpr (std::is_same_v<T, Material>)
+      for (auto& [key, value] : out.items())
+        if (value.is_number() && value.template get<double>() < 0) value = nullptr;
+    if constexpr (std::is_same_v<T, Geom>)
+      if (part.friction_direction == Vec3()) out["friction_direction"] = nullptr;
+    return out;
+  }
+
+ private:
+  // The index of a shape by its corners; primitives have none, and share the entry of the null pointer, which
+  // is not asked for.
+  std::map<const void*, std::size_t> known_;
+
+  Json written(const Sphere& s) { return {{"kind", "Sphere"}, {"radius", s.radius}}; }
+  Json written(const Box& s) { return {{"kind", "Box"}, {"half", write(s.half)}}; }
+  Json written(const Capsule& s) {
+    return {{"kind", "Capsule"}, {"radius", s.radius}, {"half_length", s.half_length}};
+  }
+  Json written(const Cylinder& s) {
+    return {{"kind", "Cylinder"}, {"radius", s.radius}, {"half_length", s.half_length}};
+  }
+  Json written(const Ellipsoid& s) { return {{"kind", "Ellipsoid"}, {"radii", write(s.radii)}}; }
+  Json written(const Plane&) { return {{"kind", "Plane"}}; }
+  // Faces have any number of corners, and the file has triangles: a fan about the first corner, which is
+  // right as a face is convex. The reader joins triangles of one plane to faces again.
+  Json written(const Hull& s) {
+    Json triangles = Json::array();
+    for (const auto& face : s.data->faces)
+      for (std::size_t k = 2; k < face.size(); ++k) triangles.push_back({face[0], face[k - 1], face[k]});
+    return {{"kind", "Hull"}, {"vertices", write(s.data->vertices)}, {"triangles", std::move(triangles)}};
+  }
+  Json written(const Mesh& s) {
+    return {{"kind", "Mesh"}, {"vertices", write(vertices_of(s))}, {"triangles", write(triangles_of(s))}};
+  }
+  Json written(const HeightField& s) {
+    const Heights field = heights_of(s);
+    Json rows = Json::array();
+    for (std::size_t r = 0; r < field.rows; ++r)
+      rows.push_back(write(field.values.subspan(r * field.columns, field.columns)));
+    return {{"kind", "HeightField"},
+            {"heights", std::move(rows)},
+            {"size_x", field.size_x},
+            {"size_y", field.size_y}};
+  }
+};
+
 }  // namespace
+
+// Keys come in alphabetical order, so that two models with the same content give the same text. The shapes
+// are taken last: they fill while the geoms are written.
+std::string write_model_json(const ModelDescription& description) {
+  Writer writer;
+  Json model = writer.write(description);
+  model["version"] = model_json_version;
+  model["shapes"] = std::move(writer.shapes);
+  return model.dump();
+}
 
 ModelDescription read_model_json(std::string_view text, const std::string& who) {
   try {
@@ -237,6 +364,22 @@ ModelDescription read_model_file(const std::filesystem::path& file) {
   AMONTONS_REQUIRE(stream.is_open(), shown(file) + ": the file cannot be opened; look at its permissions");
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   return read_model_json(text, shown(file));
+}
+
+void write_model_file(const ModelDescription& description, const std::filesystem::path& file) {
+  // The text first goes to a file beside it, so that a full disk or a name that cannot be replaced leaves
+  // what was there.
+  std::filesystem::path part = file;
+  part += ".part";
+  std::ofstream stream(part, std::ios::binary);
+  stream << write_model_json(description);
+  // A full disk shows only when the last bytes are written, so the stream is closed before it is asked.
+  stream.close();
+  std::error_code fault;
+  if (stream.good()) std::filesystem::rename(part, file, fault);
+  if (stream.good() && !fault) return;
+  std::filesystem::remove(part, fault);
+  throw InputError(shown(file) + ": the file cannot be written; look at the folder and the disk");
 }
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/model/model.hpp"
 #include "amontons/multibody/step/simulation_options.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -21,7 +22,12 @@ struct StepSetting {
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
-  JointOptions joint_options() const { return {h, recovery, model.length()}; }
+  // A held step treats limits as every step treats contacts, whose small overlaps are closed.
+  JointOptions joint_options() const {
+    JointOptions all{h, recovery, model.length()};
+    if (options.held) all.closing = step::closing * h * norm(model.description().gravity);
+    return all;
+  }
 };
 
 }  // namespace amontons

@@ -46,7 +46,8 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, c
     project(problem.K, s.x, s.x);
     measure(problem, law_of(problem, options), s);
   }
-  s.status = s.residual <= options.tolerance ? Status::converged : Status::stalled;
+  const bool accepted = solver.simulation.held || s.residual <= options.tolerance;
+  s.status = accepted ? Status::converged : Status::stalled;
   s.iterations = s.products = 1;
   s.method = solver.simulation.method;
   s.time = seconds_since(start);
@@ -123,7 +124,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 // Continues until light bodies are accurate in their own measure, if possible; the tolerance of the step is
 // already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
-  if (s.status != Status::converged || off("light bodies")) return s;
+  if (s.status != Status::converged || solver.simulation.held || off("light bodies")) return s;
   Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);

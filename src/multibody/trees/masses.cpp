@@ -1,5 +1,5 @@
-// M of the trees by composite inertias. Its factors have no fill (problem/linkage): to make all of them in
-// each step takes less time than to update those of the step before.
+// M of the trees by composite inertias. Its factors have no fill (problem/linkage). To make them in each step
+// takes less time than to update those of the step before.
 #include "multibody/trees/masses.hpp"
 
 namespace amontons {

@@ -65,12 +65,29 @@ class LeftWorlds {
   std::size_t left_;
 };
 
+const Tree& tree_of(WorldTrees trees, std::size_t world) { return *trees[trees.size() == 1 ? 0 : world]; }
+
+// Rows of all worlds have the widths of the first tree. Masses, friction or gains may differ: nothing else of
+// a world is in a row.
+void check_trees(WorldTrees trees, Worlds worlds) {
+  AMONTONS_REQUIRE(trees.size() == 1 || trees.size() == worlds.size(),
+                   "there must be one tree, or one per world");
+  const Tree& first = *trees[0];
+  for (const Tree* tree : trees)
+    AMONTONS_REQUIRE(tree->nq() == first.nq() && tree->nv() == first.nv() &&
+                         tree->model().controls().size() == first.model().controls().size(),
+                     "the models must have the same nq, nv and number of controls");
+}
+
 // One simulation in two rows would be advanced by two threads. After sorting by address, equals are adjacent.
-void check(const Tree& tree, Worlds worlds, const Schedule& schedule) {
+void check(WorldTrees trees, Worlds worlds, const Schedule& schedule) {
+  check_trees(trees, worlds);
+  const Tree& tree = *trees[0];
   std::vector<const Simulation*> sorted;
-  for (const auto& world : worlds) {
-    AMONTONS_REQUIRE(&world->model() == &tree.model(), "the worlds must be simulations of one model");
-    sorted.push_back(world.get());
+  for (std::size_t k = 0; k < worlds.size(); ++k) {
+    AMONTONS_REQUIRE(&worlds[k]->model() == &tree_of(trees, k).model(),
+                     "the worlds must be simulations of one model, or each of that of its tree");
+    sorted.push_back(worlds[k].get());
   }
   std::sort(sorted.begin(), sorted.end(), std::less<>());
   AMONTONS_REQUIRE(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end(),
@@ -126,9 +143,10 @@ void run(const Tree& tree, Simulation& world, std::size_t row, const Schedule& s
 
 }  // namespace
 
-Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
+Course run_worlds(WorldTrees trees, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted) {
-  check(tree, worlds, schedule);
+  check(trees, worlds, schedule);
+  const Tree& tree = *trees[0];
   // Unreached records must not look like results.
   constexpr double unreached = std::numeric_limits<double>::quiet_NaN();
   const std::size_t rows = worlds.size() * schedule.records;
@@ -148,7 +166,7 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   pool->run(threads, [&](std::size_t) {
     const Budget budget(infinity, [&] { return sign.stopped(); });
     for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
-      run(tree, *worlds[i], i, schedule, sign, course);
+      run(tree_of(trees, i), *worlds[i], i, schedule, sign, course);
       left.remove_one();
     }
     // The caller continues to ask while others finish their worlds. It waits for worlds, not for threads: a
@@ -157,6 +175,12 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
   });
   course.interrupted = sign.stopped();
   return course;
+}
+
+Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
+                  const std::function<bool()>& interrupted) {
+  const Tree* one = &tree;
+  return run_worlds(WorldTrees(&one, 1), worlds, schedule, interrupted);
 }
 
 }  // namespace amontons

@@ -299,3 +299,11 @@ def test_export_of_joint_limits(tmp_path):
     assert "write the problem as .npz" in result.stderr
     assert run("export", tmp_path / "s.h5", "--step", "1", "-o", tmp_path / "a.npz").exit_code == 0
     assert amontons.read_problem(tmp_path / "a.npz").rows > 5
+
+
+# Breaks when the command refuses a kind of model file that load_model reads.
+def test_all_kinds_of_models(tmp_path):
+    from amontons.cli.completion import MODELS
+    from amontons.io.models import KNOWN
+
+    assert set(MODELS) == set(KNOWN)

@@ -281,3 +281,75 @@ def test_wrong_actions():
 )
 def test_imports(program):
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+class Lift(amontons.gym.Task):
+    """Holds a mass by a servo: actions are about a height, the mass is another one in each episode."""
+
+    dt, repeat = 5e-3, 2
+    noise = 0.0, 0.0
+    action_limits = -np.ones(1), np.ones(1)
+
+    def __init__(self):
+        builder = amontons.ModelBuilder()
+        builder.add_body("load", shape=amontons.shapes.Sphere(0.1), mass=2.0)
+        builder.add_prismatic_joint("load", axis=(0, 0, 1), name="rail")
+        builder.add_actuator("lift", joint="rail", law="position", kp=500.0, kd=50.0)
+        self.model = builder.build()
+
+    def vary(self, model, random):
+        return model.with_(mass={"load": random.uniform(1.0, 3.0)})
+
+    def act(self, action, now):
+        return 0.1 + 0.05 * action + 0.001 * now.time[:, None]
+
+    def look(self, simulations):
+        return {"control": np.array([world.controls for world in simulations])}
+
+    def observe(self, now):
+        return np.concatenate([now.q, now.qd, now.seen["control"], now.time[:, None]], axis=1)
+
+    def judge(self, before, now):
+        return amontons.gym.Outcome(-now.q[:, 0], np.zeros(len(now.q), dtype=bool), {})
+
+
+# Breaks when actions go to the drives as they are, the time does not pass or begin again, or a variant is
+# left from the episode before, or is another one in a vector of worlds.
+def test_actions_time_and_variants():
+    env = amontons.gym.Environment(Lift())
+    assert env.action_space.low == env.action_space.high * -1 == -1
+    env.reset(seed=4)
+    mass = env.simulation.model.bodies[0].mass
+    for step in range(3):
+        observation, *_ = env.step([1.0])
+        assert observation[2] == pytest.approx(0.15 + 0.001 * 0.01 * step)
+        assert observation[3] == pytest.approx(0.01 * (step + 1))
+    first = observation[0]
+    observation, _ = env.reset()
+    assert observation[3] == 0
+    assert env.simulation.model.bodies[0].mass != mass
+    vector = amontons.gym.VectorEnvironment(Lift(), 2)
+    vector.reset(seed=3)
+    for _ in range(3):
+        observations, *_ = vector.step(np.ones((2, 1)))
+    assert observations[1, 0] == first
+    assert observations[0, 0] != first
+
+
+# Breaks when what a task returns of the wrong shape or kind is taken.
+def test_wrong_tasks():
+    class Bad(Lift):
+        def act(self, action, now):
+            return np.zeros((len(action), 2))
+
+    env = amontons.gym.Environment(Bad())
+    env.reset(seed=1)
+    with pytest.raises(amontons.InputError, match=r"Task.act returned the shape \(1, 2\)"):
+        env.step([0.0])
+
+    class Other(Lift):
+        def vary(self, model, random):
+            return amontons.ModelBuilder().build()
+
+    with pytest.raises(amontons.InputError, match="Task.vary: model 1 has other"):
+        amontons.gym.Environment(Other()).reset(seed=1)

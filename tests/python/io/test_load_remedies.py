@@ -10,9 +10,8 @@ from amontons.io.models import load_model
 mujoco = pytest.importorskip("mujoco")
 
 KINDS = {
-    "robot.xacro": "run xacro first",
     "robot.step": "export it as a mesh",
-    "robot.mjb": "load the XML that it was compiled from",
+    "robot.stp": "export it as a mesh",
 }
 
 

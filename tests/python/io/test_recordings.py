@@ -168,3 +168,64 @@ def test_bad_files(tmp_path):
         assert str(caught.value).startswith(str(path))
     with pytest.raises(FileNotFoundError, match="gone.h5: no such file"):
         amontons.read_recording(tmp_path / "gone.h5")
+
+
+# Breaks when q, qd and controls of a frame are those of another one, rates are no columns, or a simulation
+# from a frame goes elsewhere: without contacts its steps need no impulses, and follow the recorded ones to
+# rounding.
+def test_coordinates_of_frames(tmp_path):
+    builder = amontons.ModelBuilder()
+    builder.add_body("bob", shape=amontons.shapes.Sphere(0.05), mass=1.0, position=(0.3, 0, 0))
+    builder.add_revolute_joint("bob", axis=(0, 1, 0), point=(0, 0, 0), name="pin",
+                               motor=amontons.Motor("effort"))  # fmt: skip
+    sim = amontons.Simulation(builder.build(), dt=2e-3)
+    rows = [(sim.q, sim.qd, sim.controls.copy())]
+    with amontons.record(tmp_path / "run.h5", sim) as recorder:
+        for step in range(20):
+            sim.controls = [0.1 * step]
+            recorder.add(sim.step())
+            rows.append((sim.q, sim.qd, sim.controls.copy()))
+    with amontons.read_recording(tmp_path / "run.h5") as recording:
+        for k, name in enumerate(("q", "qd", "controls")):
+            np.testing.assert_array_equal(getattr(recording, name)[:], [row[k] for row in rows])
+        rate = recording.column("pin.rate")
+        np.testing.assert_array_equal(rate.values, recording.qd[:, 0])
+        assert rate.unit == "rad/s"
+        again = recording.simulation(12)
+        assert again.time == pytest.approx(12 * 2e-3)
+        assert again.steps == 12
+        again.controls = recording.controls[13]
+        again.step()
+        np.testing.assert_allclose(again.q, recording.q[13], atol=1e-12)
+        assert recording.simulation(-1, dt=1e-3).dt == 1e-3
+        with pytest.raises(amontons.InputError, match="there is no frame 30"):
+            recording.simulation(30)
+
+
+# Breaks when a run that nobody recorded ends without a word.
+def test_a_run_that_was_not_recorded(tmp_path):
+    sim = simulation()
+    with (
+        pytest.warns(amontons.StepWarning, match="none was recorded"),
+        amontons.record(tmp_path / "a.h5", sim),
+    ):
+        sim.run(0.02)
+    with amontons.record(tmp_path / "b.h5", sim) as recorder:
+        sim.run(0.02, after_step=recorder)
+
+
+# Breaks when a recording without q, as older versions wrote them, cannot be read, or says nothing of
+# remedies.
+def test_recordings_of_older_versions(tmp_path):
+    sim, path = simulation(), tmp_path / "run.h5"
+    with amontons.record(path, sim) as recorder:
+        recorder.add(sim.step())
+    with h5py.File(path, "a") as file:
+        for name in ("q", "qd", "controls"):
+            del file["frames"][name]
+    with amontons.read_recording(path) as recording:
+        assert len(recording.positions[:]) == 2
+        assert not any(name.endswith(".rate") for name in recording.columns)
+        with pytest.raises(amontons.InputError, match="has no q: an older version wrote it"):
+            _ = recording.q
+        assert recording.simulation(1).time == pytest.approx(sim.time)

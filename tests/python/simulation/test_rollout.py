@@ -231,3 +231,29 @@ def test_motors_that_turn_a_robot_round_make_no_energy():
     course = rollout(arm, states[12:13], controls[12:13], repeat=10, dt=2e-3)
     assert course.residuals.max() <= 1e-6
     assert course.missed.sum() == 0
+
+
+# Breaks when a world of a variant has the bits of another model, or its controls are clipped by its limits.
+def test_variants(model, states, controls):
+    variants = [model.with_(mass_scale={"foot": 1 + 0.2 * k}) for k in range(5)]
+    result = rollout(variants, states, controls, repeat=REPEAT, dt=2e-3)
+    for k, variant in enumerate(variants):
+        alone = rollout(variant, states[k : k + 1], controls[k : k + 1], repeat=REPEAT, dt=2e-3)
+        assert np.array_equal(result.q[k], alone.q[0])
+    assert np.ptp(result.q[:, -1, 2]) > 1e-6
+    onwards = rollout([s.model for s in result.simulations], result.simulations, controls)
+    assert onwards.q.shape == result.q.shape
+    watched = rollout(variants, states, controls, repeat=REPEAT, dt=2e-3, before_step=lambda world: None)
+    assert np.array_equal(result.q, watched.q)
+
+
+# Breaks when models that cannot share rows are taken side by side.
+def test_wrong_variants(model, states):
+    other = ModelBuilder()
+    other.add_body("ball", shape=shapes.Sphere(0.1), mass=1.0)
+    with pytest.raises(amontons.InputError, match="model 1 has other nq than model 0"):
+        rollout([model, other.build()], states[:2], steps=1)
+    with pytest.raises(amontons.InputError, match="2 models but 5 states"):
+        rollout([model, model], states, steps=1)
+    with pytest.raises(amontons.InputError, match="model is empty"):
+        rollout([], states, steps=1)

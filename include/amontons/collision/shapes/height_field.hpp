@@ -21,5 +21,13 @@ struct HeightField {
 // heights that are not finite.
 HeightField make_height_field(std::span<const double> heights, std::size_t rows, std::size_t columns,
                               double size_x, double size_y);
+// The arguments that make_height_field had, to write the field to a file. The view lives as long as a copy of
+// the field does.
+struct Heights {
+  std::span<const double> values;
+  std::size_t rows, columns;
+  double size_x, size_y;
+};
+Heights heights_of(const HeightField& field);
 
 }  // namespace amontons

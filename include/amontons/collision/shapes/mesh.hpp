@@ -20,5 +20,8 @@ struct Mesh {
 // Throws InputError naming the error: no triangle, degenerate triangles, indices out of range, two triangles
 // that traverse their common edge in the same direction.
 Mesh make_mesh(std::span<const Vec3> vertices, std::span<const std::array<std::int32_t, 3>> triangles);
+// The surface as it is kept: equal vertices are one.
+std::span<const Vec3> vertices_of(const Mesh& mesh);
+std::span<const std::array<std::int32_t, 3>> triangles_of(const Mesh& mesh);
 
 }  // namespace amontons

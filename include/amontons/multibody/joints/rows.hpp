@@ -99,6 +99,9 @@ struct JointOptions {
   // Dampers act on velocities. Displacements that correct positions take no time, so dampers do not act on
   // them.
   bool dampers = true;
+  // m/s: overlaps of limits that this speed closes within the step are closed, as those of contacts are
+  // (HeldStep). A joint that rests at its limit then stays there whichever side it is moved to.
+  double closing = 0;
 };
 
 // Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start.

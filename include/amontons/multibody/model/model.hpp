@@ -19,8 +19,10 @@ class Model {
  public:
   // Throws as check() does.
   explicit Model(ModelDescription description);
-  // Reads a file that Python wrote (amontons.write_model); throws InputError naming the file and the place.
+  // Reads a file of amontons.write_model or of to_json; throws InputError naming the file and the place.
   static Model from_json(const std::filesystem::path& file);
+  // Writes a file that from_json and Python read (write_model_file).
+  void to_json(const std::filesystem::path& file) const;
 
   const ModelDescription& description() const { return d_; }
   // Counts, which are the lengths of the arrays of a State.

@@ -9,10 +9,12 @@
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 
-// Many simulations of one model side by side, for learning and sampling-based control.
+// Many simulations side by side, for learning and sampling-based control.
 namespace amontons {
 
 using Worlds = std::span<const std::shared_ptr<Simulation>>;
+// The tree of all worlds, or one per world: models may differ in numbers, not in nq, nv and controls.
+using WorldTrees = std::span<const Tree* const>;
 
 // Task of all worlds: `records` times, take a row of controls, advance `repeat` steps, and record the motion.
 struct Schedule {
@@ -37,7 +39,10 @@ struct Course {
 // Each world is advanced by one thread at a time, and worlds share only the model. Their bits are therefore
 // those of a separate run, for any `threads`. Rows after a failure are NaN. The calling thread calls
 // `interrupted` a few times per second; if it returns true, all worlds stop at their next step. Throws
-// InputError if a world occurs twice or its model is not that of the tree.
+// InputError if a world occurs twice, its model is not that of its tree, or the trees differ in structure.
+Course run_worlds(WorldTrees trees, Worlds worlds, const Schedule& schedule,
+                  const std::function<bool()>& interrupted);
+// All worlds of one model.
 Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted);
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError, InputError
-from ...limits import DEFAULT, Limits
+from ...limits import DEFAULT, Limits, readable
 from ...model.sensing import SENSORS
 from ...model.transforms import Transform
 from .elements import Element
@@ -76,6 +76,8 @@ class Compiled:
 
     def _places(self, kind: str) -> dict[int, tuple[str, int | None]]:
         """Name and line of the things of a kind by MuJoCo's index."""
+        if self.spec is None:
+            return {}
         if kind not in self._known_places:
             self._known_places[kind] = {
                 item.id: (
@@ -213,7 +215,30 @@ def compile_file(
         if not any(known in text for known in TOLD) and not (element and issues.lists(element)):
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
-    return Compiled(path, root, mujoco, spec, model, data, issues, limits)
+    return Compiled(issues.path, root, mujoco, spec, model, data, issues, limits)
+
+
+def open_compiled(path: Path, limits: Limits) -> Compiled:
+    """A .mjb: MuJoCo's model without the elements that it came from."""
+    mujoco = import_mujoco()
+    if limits.folder is not None:
+        raise FileError(f"{path}: MuJoCo trusts a .mjb; with limits.folder give the XML that it came from")
+    if (size := path.stat().st_size) > limits.memory:
+        raise FileError(f"{path}: has {readable(size)}, more than limits.memory = {readable(limits.memory)}")
+    said: list[str] = []
+    with _warnings_to(mujoco, said):
+        try:
+            model = mujoco.MjModel.from_binary_path(str(path))
+            data = mujoco.MjData(model)
+            mujoco.mj_kinematics(model, data)
+        except (ValueError, TypeError, MemoryError, RuntimeError, mujoco.FatalError) as error:
+            reason = " ".join([*said, str(error)][0].split())
+            raise FileError(
+                f"{path}: is no compiled model of MuJoCo {mujoco.__version__} ({reason})"
+            ) from None
+        _override_contacts(mujoco, model)
+    root = Element("mujoco", {}, path, 0)
+    return Compiled(path, root, mujoco, None, model, data, Issues(path), limits)
 
 
 def _without_files(mujoco: ModuleType, texture: Any) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from ...checks import Array
 from ...limits import readable
 from ...model.parts import Material, PairMaterial
+from ...model.variants import combined
 from .bodies import Bodies, fixed_groups
 from .compiled import Compiled
 from .geoms import Geoms, coefficients, with_friction
@@ -124,7 +125,7 @@ def _paired(geoms: Geoms, frictions: Values, soft: Values) -> list[PairMaterial]
             if kind[k]:
                 changes |= zip(names, values.columns[kind[k] - 1].tolist(), strict=True)
         of_a, of_b = (geoms.geoms[int(g)].material for g in (a[k], b[k]))
-        materials.append(replace(combined(of_a, of_b), **changes))
+        materials.append(replace(combined("maximum", of_a, of_b), **changes))
     return list(map(PairMaterial, a.tolist(), b.tolist(), (materials[k] for k in code.tolist())))
 
 
@@ -137,21 +138,6 @@ def _kinds(rows: Array, a: Array, b: Array) -> tuple[Array, Array]:
     code = kind.reshape(-1)[a] * len(levels) + kind.reshape(-1)[b]
     _, first, found = np.unique(code, return_index=True, return_inverse=True)
     return first, found
-
-
-def combined(a: Material, b: Material) -> Material:
-    """The material of a pair without one of its own, by the rules of the model: frictions and restitutions
-    the larger one, compliances and offsets the sum."""
-    total = a.compliance + b.compliance
-    return Material(
-        friction=max(a.friction, b.friction),
-        torsional_friction=max(a.torsional_friction, b.torsional_friction),
-        rolling_friction=max(a.rolling_friction, b.rolling_friction),
-        restitution=max(a.restitution, b.restitution),
-        compliance=total,
-        relaxation_time=(a.compliance * a.relaxation_time + b.compliance * b.relaxation_time) / (total or 1),
-        rest_offset=a.rest_offset + b.rest_offset,
-    )
 
 
 def _frictions(compiled: Compiled, geoms: Geoms) -> Values:

@@ -15,6 +15,7 @@ from ...model.shapes import Shape
 from ...model.transforms import rotate
 from .bodies import Bodies, unique_names
 from .compiled import Compiled, transform
+from .mesh_shapes import told
 from .urdf import contact_values
 
 BITS = 0xFFFFFFFF
@@ -31,6 +32,10 @@ class Geoms:
     geoms: list[Geom]
     index: dict[int, int]
     """Our index by MuJoCo geom; those that were left out are missing."""
+
+    def sources(self) -> list[int]:
+        """The geom of MuJoCo that each of ours is."""
+        return list(self.index)
 
 
 def read_geoms(compiled: Compiled, bodies: Bodies) -> Geoms:
@@ -152,7 +157,9 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
         corners = m.mesh_graph[graph]
         vertices = vertices[m.mesh_graph[graph + 2 + corners : graph + 2 + 2 * corners]]
     try:
-        return shapes.Hull(vertices)
+        hull = shapes.Hull(vertices)
+        _judge(compiled, geom, mesh, hull)
+        return hull
     except ValueError:  # flat: no body has a hull without volume, but the ground of some scenes has
         compiled.refuse("geom", geom, "its hull has no volume; it is a thin plate here", "none")
     try:
@@ -162,6 +169,23 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
         place = f"{element.place}: {element}" if element else str(compiled.path)
         name = compiled.name("mesh", mesh)
         raise FileError(f'{place}: the convex hull of the mesh "{name}": {error}') from None
+
+
+def _judge(compiled: Compiled, geom: int, mesh: int, hull: Shape) -> None:
+    """Keeps the mesh where its hull fills dents. MJCF means the hull, URDF the mesh."""
+    m = compiled.model
+    first, face = m.mesh_vertadr[mesh], m.mesh_faceadr[mesh]
+    triangles = m.mesh_face[face : face + m.mesh_facenum[mesh]]
+    if not len(triangles):
+        return
+    whole = shapes.Mesh(m.mesh_vert[first : first + m.mesh_vertnum[mesh]].astype(np.float64), triangles)
+    if not (what := told(whole, hull)):
+        return
+    element = compiled.element("geom", geom)
+    body = compiled.name("body", int(m.geom_bodyid[geom]))
+    name = "" if element else f'a mesh of "{body}": '
+    effect = "small" if compiled.root.tag == "robot" else "none"
+    compiled.issues.dent(hull, whole, element, name + what, effect)
 
 
 def _thick(vertices: Array) -> Array:

@@ -11,6 +11,7 @@ from typing import Protocol
 from ...checks import shortened
 from ...errors import InputError, ModelWarning, UnsupportedWarning
 from ...model.presets import EFFECTS, Unread
+from ...model.shapes import Mesh, Shape
 
 
 class Place(Protocol):
@@ -24,6 +25,17 @@ SHOWN, WIDTH = 5, 140
 """Lines of each part of the warning, and characters of a line; `Model.unread` has all."""
 
 
+@dataclass(frozen=True)
+class Dent:
+    """A mesh that is not convex, and what is to be listed where its hull collides in its place."""
+
+    hull: Shape
+    mesh: Mesh
+    where: Place | None
+    what: str
+    effect: str
+
+
 @dataclass
 class Issues:
     """Findings about the file `path`, each naming a line and an element."""
@@ -33,6 +45,9 @@ class Issues:
     """in the order in which they were found"""
     notes: list[str] = field(default_factory=list)
     """what was decided for the user where the file leaves it open, with the option that changes it"""
+
+    dents: dict[int, Dent] = field(default_factory=dict)
+    """by the id() of the hull"""
 
     _known: set[Unread] = field(default_factory=set, init=False)
     _listed: set[tuple[str, str]] = field(default_factory=set, init=False)
@@ -48,6 +63,10 @@ class Issues:
             self._known.add(entry)
             self._listed.add((entry.place, entry.element))
             self.found.append(entry)
+
+    def dent(self, hull: Shape, mesh: Mesh, where: Place | None, what: str, effect: str = "small") -> None:
+        """Remember a hull that fills dents of its mesh, until it is known whether it is to be divided."""
+        self.dents[id(hull)] = Dent(hull, mesh, where, what, effect)
 
     def lists(self, where: Place) -> bool:
         """Whether something of this element is listed."""

@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-from os import PathLike
 from pathlib import Path
 
 from ... import _core
 from ...errors import FileError, InputError
 from ...limits import Limits, readable
-from ...model.model import Model, no_model
-from ..files import writable, write_whole
-from ..recordings.model_json import model_from_json, model_to_json
-
-
-def write_model(model: Model, path: str | PathLike[str]) -> None:
-    """Write a model as JSON (.json), which `load_model` and C++ read (`Model::from_json`).
-
-    Every number comes back exactly, with keyframes, sites, sensors and looks; C++ passes over these. Infinity
-    is written as "Infinity", as JSON has no such number. Raises InputError or FileError.
-    """
-    if not isinstance(model, Model):
-        raise no_model("write_model: model", model)
-    path = writable(path)
-    if path.suffix.lower() != ".json":
-        raise FileError(f"{path}: unknown kind of file; models are written to .json")
-    write_whole({path: model_to_json(model).encode()})
+from ...model.model import Model
+from ..recordings.model_json import model_from_json
 
 
 def read_model_json(path: Path, limits: Limits) -> Model:

@@ -7,7 +7,6 @@ from itertools import product
 
 from ...model.model import Model
 from .compiled import Compiled
-from .geoms import Geoms
 
 ALLOWED = 1e-4
 """lengths of the model: smaller overlaps count as zero, as in the correction of positions"""
@@ -20,11 +19,11 @@ class Trees:
     """Which geoms belong to which tree of links. In MJCF the geoms of the world are scenery and belong to no
     model, except those of a body that is fixed there. URDF has no scenery."""
 
-    def __init__(self, compiled: Compiled, geoms: Geoms) -> None:
+    def __init__(self, compiled: Compiled, sources: list[int]) -> None:
         m = compiled.model
         self.urdf = compiled.root.tag == "robot"
         self.weld, self.root = m.body_weldid, m.body_rootid
-        self.body = {ours: int(m.geom_bodyid[g]) for g, ours in geoms.index.items()}
+        self.body = {ours: int(m.geom_bodyid[g]) for ours, g in enumerate(sources)}
         self.links: dict[int, list[int]] = {}
         for geom, body in self.body.items():
             self.links.setdefault(int(self.weld[body]), []).append(geom)
@@ -45,15 +44,20 @@ class Trees:
         return self.links.get(0, []) if self.urdf else self.bases.get(int(self.root[body]), [])
 
 
-def without_overlaps(compiled: Compiled, geoms: Geoms, model: Model, *, all_too: bool) -> Model:
+def without_overlaps(compiled: Compiled, sources: list[int], model: Model, *, all_too: bool) -> Model:
     """The model without contacts between what a joint joins to a fixed base and that base, and, with
-    `all_too`, between links of one tree that overlap in the pose of the file; those are listed."""
-    trees = Trees(compiled, geoms)
+    `all_too`, between links of one tree that overlap in the pose of the file; those are listed.
+
+    sources: the geom of MuJoCo of each geom of the model."""
+    trees = Trees(compiled, sources)
     excluded: Pairs = set()
     if compiled.enabled("filterparent"):
         m = compiled.model
         for body in range(1, m.nbody):
-            # The link hangs on the world: its parent is welded to it.
+            # The link hangs on the world: its parent is welded to it. One that floats only starts there.
+            joint = int(m.body_jntadr[body])
+            if joint >= 0 and m.jnt_type[joint] == compiled.mujoco.mjtJoint.mjJNT_FREE:
+                continue
             if int(m.body_weldid[body]) == body and int(m.body_weldid[m.body_parentid[body]]) == 0:
                 excluded |= set(product(trees.links.get(body, []), trees.base(body)))
     model = _excluding(model, excluded)

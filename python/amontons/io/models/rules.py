@@ -257,7 +257,7 @@ URDF: dict[str, Rule] = {
     "geometry/cylinder": Rule(words("radius length")),
     "geometry/capsule": Rule(words("radius length")),
     "geometry/mesh": Rule(words("filename scale")),
-    "robot/joint": Rule(words("name type"), words("dont_collapse disableFixedJointLumping")),
+    "robot/joint": Rule(words("name type"), words("dont_collapse disableFixedJointLumping independent")),
     # Bullet's; MuJoCo does not read it.
     "link/contact": GROUP,
     **{
@@ -275,6 +275,12 @@ URDF: dict[str, Rule] = {
         {"spring_stiffness": (zero, "a spring, which is no part of URDF; MuJoCo does not read it either")},
     ),
     "joint/mimic": Rule(words("joint multiplier offset")),
+    # URDF+
+    "robot/loop": Rule(words("name type")),
+    "loop/axis": Rule(words("xyz")),
+    **{f"loop/{tag}": Rule(words("link")) for tag in words("predecessor successor")},
+    "robot/coupling": Rule(unread="a coupling of URDF+; give the <mimic> of a joint", effect="large"),
+    "joint/independent": IGNORED,
     "joint/calibration": IGNORED,
     "joint/safety_controller": IGNORED,
     "joint/hardwareInterface": IGNORED,

@@ -16,6 +16,7 @@ from ...checks import shortened
 from ...errors import FileError
 from ...limits import DEFAULT, Limits
 from ...model import collada, stl_text
+from ...model.transforms import Transform, axis_angle, multiply
 from .elements import Element
 from .issues import Issues
 from .places import inside
@@ -194,6 +195,22 @@ def fixed_joint_names(root: Element) -> dict[str, str]:
     joints = [e for e in root.children if root.tag == "robot" and e.attributes.get("type") == "fixed"]
     ends = ((e.child("child"), e) for e in joints if e.tag == "joint")
     return {child.attributes.get("link", ""): e.name for child, e in ends if child is not None}
+
+
+def origin_of(element: Element) -> Transform:
+    """Its <origin>: xyz, and the angles rpy about the fixed axes x, y and z one after the other."""
+    origin = element.child("origin")
+    values = {}
+    for name in ("xyz", "rpy"):
+        given = origin is not None and name in origin.attributes
+        values[name] = (origin.numbers(name) or []) if origin and given else [0.0, 0.0, 0.0]
+        if len(values[name]) != 3:
+            raise ValueError(f"{name} is not three numbers")
+    xyz, rpy = values["xyz"], values["rpy"]
+    rotation = (1.0, 0.0, 0.0, 0.0)
+    for axis, angle in zip(np.eye(3).tolist(), rpy, strict=True):
+        rotation = multiply(axis_angle(axis, angle), rotation)
+    return Transform(tuple(xyz), rotation)
 
 
 def _link(name: str, root: Element) -> Element | None:

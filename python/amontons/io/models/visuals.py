@@ -15,14 +15,14 @@ import numpy as np
 from ...errors import InputError
 from ...model import collada, shapes, stl_text
 from ...model.shapes import Shape
-from ...model.transforms import Transform, axis_angle, multiply
+from ...model.transforms import Transform
 from ...model.visuals import TriangleMesh, Visual
 from .bodies import Bodies
 from .compiled import Compiled, transform
 from .elements import Element
 from .geoms import Geoms
 from .places import inside
-from .urdf import candidates
+from .urdf import candidates, origin_of
 from .waiting import interruptible
 from .xml_lines import is_file
 
@@ -97,7 +97,7 @@ def _of_urdf(compiled: Compiled, bodies: Bodies) -> list[Visual]:
                     continue
                 material = visual.child("material")
                 colour = (_rgba(material) or colours.get(material.name)) if material else None
-                frame = bodies.frame[body] @ _origin(visual)
+                frame = bodies.frame[body] @ origin_of(visual)
                 of = {"shape": shape, "colour": colour, "link": bodies.link[body]}
                 found.append(Visual(visual.name, bodies.at(body), frame, **of))
             except (InputError, OSError, ValueError, OverflowError):
@@ -111,22 +111,6 @@ def _rgba(material: Element) -> tuple[float, ...] | None:
     if len(values) != 4 or not np.isfinite(values).all():
         return None
     return tuple(np.clip(values, 0, 1).tolist())
-
-
-def _origin(visual: Element) -> Transform:
-    """xyz, and the angles rpy about the fixed axes x, y and z one after the other."""
-    origin = visual.child("origin")
-    values = {}
-    for name in ("xyz", "rpy"):
-        given = origin is not None and name in origin.attributes
-        values[name] = (origin.numbers(name) or []) if origin and given else [0.0, 0.0, 0.0]
-        if len(values[name]) != 3:
-            raise ValueError(f"{name} is not three numbers")
-    xyz, rpy = values["xyz"], values["rpy"]
-    rotation = (1.0, 0.0, 0.0, 0.0)
-    for axis, angle in zip(np.eye(3).tolist(), rpy, strict=True):
-        rotation = multiply(axis_angle(axis, angle), rotation)
-    return Transform(tuple(xyz), rotation)
 
 
 def _urdf_shape(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -42,7 +43,9 @@ class Recorded(Protocol):
     times: Any
     positions: Any
     joint_coordinates: Any
+    qd: Any
     signals: Any
+    has_coordinates: bool
 
     @property
     def model(self) -> Model: ...
@@ -55,13 +58,26 @@ class Recorded(Protocol):
 
 
 def units_of(recorded: Recorded) -> dict[str, str]:
-    """Unit by name of all columns: signals, joints, bodies, reports."""
+    """Unit by name of all columns: signals, joints, bodies, rates, reports."""
     state = list(state_units(recorded.model).items())
     bodies = len(state) - recorded.joint_coordinates.shape[1]
     units = recorded.signal_units | dict(state[bodies:] + state[:bodies])
+    units |= {name: unit for name, (unit, _) in rates_of(recorded, units).items()}
     return units | {
         _report_name(name, units): unit for name, unit in ({"energy": "J"} | REPORT_UNITS).items()
     }
+
+
+def rates_of(recorded: Recorded, taken: Iterable[str]) -> dict[str, tuple[str, int]]:
+    """Unit and place in qd of NAME.rate, of hinges and slides; a name that something else has is left out."""
+    if not recorded.has_coordinates:
+        return {}
+    found = {}
+    for name, coordinate in recorded.model.coordinates.items():
+        if coordinate.dof >= 0 and f"{name}.rate" not in taken:
+            unit = "rad/s" if coordinate.kind == "hinge" else "m/s"
+            found[f"{name}.rate"] = unit, coordinate.qd.start
+    return found
 
 
 def _report_name(name: str, taken: dict[str, str]) -> str:
@@ -75,7 +91,7 @@ def column_of(recorded: Recorded, name: str) -> Column:
         what = f'"{name}"' if isinstance(name, str) and len(name) <= 80 else shown(name)
         near = suggestion(name, units)
         raise InputError(f"there is no column {what}{near}; known are {known(tuple(units))}")
-    for find in (_of_signals, _of_state):
+    for find in (_of_signals, _of_state, _of_rates):
         if (values := find(recorded, name)) is not None:
             return Column(name, units[name], recorded.times, np.asarray(values, dtype=np.float64))
     reports, field = recorded.reports, name.removeprefix("report.")
@@ -86,6 +102,11 @@ def column_of(recorded: Recorded, name: str) -> Column:
 def _of_signals(recorded: Recorded, name: str) -> Any:
     names = list(recorded.signal_units)
     return recorded.signals[:, names.index(name)] if name in recorded.signal_units else None
+
+
+def _of_rates(recorded: Recorded, name: str) -> Any:
+    place = rates_of(recorded, ()).get(name)
+    return None if place is None else recorded.qd[:, place[1]]
 
 
 def _of_state(recorded: Recorded, name: str) -> Any:

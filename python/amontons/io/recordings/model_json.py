@@ -25,36 +25,53 @@ from ...model.visuals import TriangleMesh, Visual
 
 _INFINITIES = {math.inf: "Infinity", -math.inf: "-Infinity"}
 _NUMBERS = {text: number for number, text in _INFINITIES.items()}
+VERSION = 1
+"""The version of files that are written; those without one are of the first."""
 PACKED = {"vertices": "<f4", "triangles": "<i4"}
 """The arrays of a mesh to look at, with their types in the file."""
 
 
 def model_to_json(model: Model) -> str:
     """Every number comes back exactly. Infinity is a string: JSON has no such number."""
+    return json.dumps(model_parts(model), allow_nan=False)
+
+
+def model_parts(model: Model) -> dict[str, Any]:
+    """The same as lists and dictionaries; a shape is its index in the list "shapes"."""
     shapes: dict[int, int] = {}
     listed: list[Shape | TriangleMesh] = []
     for thing in (*model.geoms, *model.sites, *model.sensors, *model.visuals):
         if thing.shape is not None and id(thing.shape) not in shapes:
             shapes[id(thing.shape)] = len(listed)
             listed.append(thing.shape)
+    listing = [plain_shape(shape) for shape in listed]
+    return {"version": VERSION, "shapes": listing, **plain_part(model, shapes)}
 
-    def plain(value: Any) -> Any:
-        if isinstance(value, Shape | TriangleMesh):
-            return shapes[id(value)]
-        if isinstance(value, tuple):
-            return [plain(part) for part in value]
-        if isinstance(value, Mapping):
-            return {name: plain(part) for name, part in value.items()}
-        if hasattr(value, "__dataclass_fields__"):
-            return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.init}
-        return _INFINITIES.get(value, value) if isinstance(value, float) else value
 
-    return json.dumps({"shapes": [_plain_shape(shape) for shape in listed], **plain(model)}, allow_nan=False)
+def plain_part(value: Any, shapes: Mapping[int, int]) -> Any:
+    """A part of a model as JSON has it. shapes: the index of a shape by its id()."""
+    if isinstance(value, Shape | TriangleMesh):
+        return shapes[id(value)]
+    if isinstance(value, tuple):
+        return [plain_part(part, shapes) for part in value]
+    if isinstance(value, Mapping):
+        return {name: plain_part(part, shapes) for name, part in value.items()}
+    if hasattr(value, "__dataclass_fields__"):
+        return {f.name: plain_part(getattr(value, f.name), shapes) for f in fields(value) if f.init}
+    return _INFINITIES.get(value, value) if isinstance(value, float) else value
 
 
 def model_from_json(text: str) -> Model:
     """Raises ValueError, TypeError or KeyError for text that model_to_json did not write."""
-    d = json.loads(text, object_hook=_with_infinities)
+    return model_of_parts(json.loads(text, object_hook=with_infinities))
+
+
+def model_of_parts(d: dict[str, Any]) -> Model:
+    """The model of `model_parts`, once infinities are numbers."""
+    if (version := d.pop("version", VERSION)) > VERSION:
+        raise ValueError(
+            f"version: it is {version}; this version of amontons reads {VERSION}: take a newer one"
+        )
     shapes: list[Any] = [_shape(parts) for parts in d.pop("shapes")]
     d["bodies"] = tuple(Body(**{**body, "pose": Transform(**body["pose"])}) for body in d["bodies"])
     d["geoms"] = tuple(
@@ -76,9 +93,7 @@ def model_from_json(text: str) -> Model:
     d["pair_materials"] = tuple(
         PairMaterial(**{**pair, "material": Material(**pair["material"])}) for pair in d["pair_materials"]
     )
-    d["keyframes"] = tuple(
-        Keyframe(**{key: _tuples(value) for key, value in frame.items()}) for frame in d["keyframes"]
-    )
+    d["keyframes"] = tuple(map(_keyframe, d.get("keyframes", ())))
     d["tendons"] = tuple(_tendon(tendon) for tendon in d.get("tendons", ()))
     # Before actuators were parts of a model, these were names of its motors, which it has still.
     actuators = d["actuators"] if isinstance(d["actuators"], list) else ()
@@ -97,7 +112,7 @@ def model_from_json(text: str) -> Model:
     return Model(**d)
 
 
-def _with_infinities(parts: dict[str, Any]) -> dict[str, Any]:
+def with_infinities(parts: dict[str, Any]) -> dict[str, Any]:
     """An object with numbers in place of the two strings, but for a name that is one of them."""
     return {
         key: _NUMBERS.get(value, value) if isinstance(value, str) and key != "name" else value
@@ -105,7 +120,7 @@ def _with_infinities(parts: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _plain_shape(shape: Shape | TriangleMesh) -> dict[str, Any]:
+def plain_shape(shape: Shape | TriangleMesh) -> dict[str, Any]:
     if isinstance(shape, TriangleMesh):  # many numbers, of which pictures need no more than they are
         packed = {name: _packed(getattr(shape, name)) for name in PACKED}
         return {"kind": "TriangleMesh", **packed}
@@ -141,6 +156,10 @@ def _unpacked(text: str, kind: str) -> np.ndarray[Any, Any]:
 
 def _tuples(value: Any) -> Any:
     return tuple(_tuples(part) for part in value) if isinstance(value, list) else value
+
+
+def _keyframe(parts: dict[str, Any]) -> Keyframe:
+    return Keyframe(**{key: _tuples(value) for key, value in parts.items()})
 
 
 def _looking(kind: type[Any], parts: dict[str, Any], shapes: list[Any]) -> Any:

@@ -2,11 +2,11 @@
 
 /format "amontons-recording", /version; /model and /options: JSON; /source: where the model came from. One
 frame per recorded step: /frames/step, time, positions, orientations, linear_velocities, angular_velocities,
-joint_coordinates. /signals/values: motor efforts, controls, reactions and sensors of each frame, with a
-column for each name of /signals/units (JSON: unit by name). /contacts/rows: the contact tables of all frames
-one after the other, that of frame k in rows offsets[k] to offsets[k + 1]. /reports: one row per step, of
-frames or not. /complete: 1 where the recording was closed without an exception; a process that was killed
-leaves 0.
+joint_coordinates, q, qd, controls. /signals/values: motor efforts, controls, reactions and sensors of each
+frame, with a column for each name of /signals/units (JSON: unit by name). /contacts/rows: the contact tables
+of all frames one after the other, that of frame k in rows offsets[k] to offsets[k + 1]. /reports: one row per
+step, of frames or not. /complete: 1 where the recording was closed without an exception; a process that was
+killed leaves 0.
 
 /frames/step is written last in each frame: the file of a killed process is complete up to that frame.
 """
@@ -14,6 +14,7 @@ leaves 0.
 from __future__ import annotations
 
 import json
+import warnings
 import weakref
 from pathlib import Path
 from types import TracebackType
@@ -23,7 +24,7 @@ import h5py
 import numpy as np
 
 from ...checks import option
-from ...errors import FileError, InputError
+from ...errors import FileError, InputError, StepWarning
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS, Report, reports_array
 from ...simulation.own_method import name_of
@@ -44,6 +45,8 @@ OTHERS = {".csv", ".gif", ".html", ".json", ".mp4", ".npz", ".parquet", ".png", 
 DELAY = 0.4
 """Seconds within which what was recorded is on its way to the disk."""
 STATE = ("positions", "orientations", "linear_velocities", "angular_velocities", "joint_coordinates")
+COORDINATES = ("q", "qd", "controls")
+"""Arrays of a frame that recordings of older versions lack."""
 
 Array = np.ndarray[Any, Any]
 
@@ -83,7 +86,7 @@ class Recorder:
         self.path, self.every = writable(path, new=not overwrite), int(option("every", every))
         self._simulation, self._with_contacts = simulation, contacts
         self._signals = Signals(simulation.model) if signals else None
-        self._first_step = simulation.steps
+        self._first_step, self._added = simulation.steps, False
         with hdf5_image(LIBVER) as (file, image):
             self._create(file, source)
         self._file = GrowingFile(self.path, image(), overwrite=overwrite)
@@ -115,6 +118,7 @@ class Recorder:
             raise InputError(
                 f"{self.path} is recorded by the process that began it; let each record a file of its own"
             )
+        self._added = True
         item = self._item(report)
         size = sum(np.asarray(v).nbytes for v in (item.frame or {}).values())
         self._background.put(item, 200 + size + (0 if item.contacts is None else item.contacts.nbytes))
@@ -126,9 +130,16 @@ class Recorder:
         self.add(report)
 
     def close(self, *, complete: bool = True) -> None:
-        """Write what is left, and whether that is all."""
+        """Write what is left, and whether that is all; warns if steps were made and none was added."""
         if not self._end.alive or not self._background.ours:
             return
+        if complete and not self._added and (made := self._simulation.steps - self._first_step) > 0:
+            warnings.warn(
+                f"{self.path} has the first state alone: {made} steps were made and none was recorded; run "
+                "with simulation.run(..., after_step=recorder), or call recorder.add(simulation.step())",
+                StepWarning,
+                stacklevel=3,
+            )
         try:
             self._background.close()
             if complete:
@@ -158,6 +169,8 @@ class Recorder:
         for name in STATE:
             shape = getattr(self._simulation.state, name).shape
             extensible(frames, name, np.dtype(np.float64), shape)
+        for name, size in zip(COORDINATES, self._sizes(), strict=True):
+            extensible(frames, name, np.dtype(np.float64), (size,))
         units = self._signals.units if self._signals else {}
         signals = file.create_group("signals")
         write_text(signals, "units", json.dumps(units))
@@ -168,12 +181,18 @@ class Recorder:
         offsets.resize(1, axis=0)
         extensible(file, "reports", storable(REPORTS))
 
+    def _sizes(self) -> tuple[int, int, int]:
+        model = self._simulation.model
+        return model.nq, model.nv, len(model.control_names)
+
     def _item(self, report: Report | None) -> _Item:
         sim = self._simulation
         if (sim.steps - self._first_step) % self.every:
             return _Item(None, None, report)
         frame = {"step": sim.steps, "time": sim.time}
         frame |= {name: getattr(sim.state, name).copy() for name in STATE}
+        frame["q"], frame["qd"] = sim.model.tree.coordinates(sim._core)
+        frame["controls"] = sim.state.controls.copy()
         frame["signals"] = self._signals.read(sim) if self._signals else np.zeros(0)
         table = sim.contacts if self._with_contacts else np.empty(0, CONTACTS)
         return _Item(frame, table.astype(storable(CONTACTS)), report)
@@ -194,7 +213,7 @@ class _Writer:
             rows["contacts/rows"] = np.concatenate(tables)
             rows["contacts/offsets"] = self._contact_rows + np.cumsum([len(table) for table in tables])
             rows["signals/values"] = np.array([frame["signals"] for frame in frames])
-            for name in (*STATE, "time", "step"):
+            for name in (*STATE, *COORDINATES, "time", "step"):
                 rows[f"frames/{name}"] = np.array([frame[name] for frame in frames])
         if reports:
             rows["reports"] = reports_array(reports).astype(storable(REPORTS))

@@ -19,11 +19,12 @@ from ...limits import Limits
 from ...model.model import Model
 from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS
+from ...simulation.simulation import Simulation
 from ..files import existing
 from ..hdf5 import Reader, open_hdf5
 from .columns import Column, column_of, units_of
 from .model_json import model_from_json
-from .recorder import FORMAT, STATE, VERSION
+from .recorder import COORDINATES, FORMAT, STATE, VERSION
 from .unfinished import is_open_for_writing, open_unfinished
 
 T = TypeVar("T")
@@ -70,7 +71,8 @@ class Recording:
 
     times (frames,) (s) and steps (frames,). positions (frames, bodies, 3), orientations (frames, bodies, 4),
     linear_velocities, angular_velocities (frames, bodies, 3), joint_coordinates (frames, coordinates): read
-    from the file as they are indexed, `recording.positions[-1]`, `recording.positions[:, 3, 2]`. len() is the
+    from the file as they are indexed, `recording.positions[-1]`, `recording.positions[:, 3, 2]`. q (frames,
+    nq), qd (frames, nv) and controls (frames, controls) likewise. len() is the
     number of frames. complete is False if an exception ended the recording; source says where the model came
     from. Closes at the end of a `with` block, or by close().
     """
@@ -80,6 +82,12 @@ class Recording:
     linear_velocities: StoredArray
     angular_velocities: StoredArray
     joint_coordinates: StoredArray
+    q: StoredArray
+    """(frames, nq), as `Simulation.q`; InputError in a recording of an older version"""
+    qd: StoredArray
+    """(frames, nv), as `Simulation.qd`"""
+    controls: StoredArray
+    """(frames, controls), as `Simulation.controls`: those that were set when the frame was recorded"""
     signals: StoredArray | None
     """(frames, signals), named by `signal_units`; None in a recording of an older version"""
 
@@ -104,6 +112,10 @@ class Recording:
                 if stored.shape != (len(self), bodies, WIDTH.get(name, 3)):
                     raise r.fail(f"{frames.name(name)} has the shape {stored.shape}, unlike the positions")
             setattr(self, name, stored)
+        self.has_coordinates = frames.has("q")
+        """whether q, qd and controls are in the file"""
+        for name in COORDINATES if self.has_coordinates else ():
+            setattr(self, name, self._array(frames, name))
         self.signals = self._array(r.sub("signals"), "values") if r.has("signals") else None
         self._contacts = r.sub("contacts")
         self._rows = self._contacts.dataset("rows", in_parts=True)
@@ -120,7 +132,7 @@ class Recording:
             raise frames.fail(f"{frames.name(name)} is missing")
         dataset = frames.dataset(name, in_parts=True)
         with frames.damage(frames.name(name)):
-            dimensions = 2 if name in ("joint_coordinates", "values") else 3
+            dimensions = 2 if name in ("joint_coordinates", "values", *COORDINATES) else 3
             if dataset.dtype.kind != "f" or dataset.ndim != dimensions or dataset.shape[0] < len(self):
                 raise frames.fail(
                     f"{frames.name(name)} is {dataset.shape} of {dataset.dtype}; it must hold real numbers "
@@ -128,6 +140,13 @@ class Recording:
                 )
             # A process that was killed may have begun a frame that /frames/step does not count.
             return StoredArray(frames, name, dataset if len(dataset) == len(self) else dataset[: len(self)])
+
+    def __getattr__(self, name: str) -> Any:
+        if name in COORDINATES:
+            raise InputError(
+                f"{self.path} has no {name}: an older version wrote it; record it again, or take its columns"
+            )
+        raise AttributeError(f"a recording has no {name}")
 
     def __len__(self) -> int:
         return len(self.steps)
@@ -201,6 +220,26 @@ class Recording:
         for name in set(rows.dtype.names or ()) & set(CONTACTS.names or ()):
             table[name] = rows[name]
         return table
+
+    def simulation(self, frame: int, **options: Any) -> Simulation:
+        """A simulation at the time of a frame, with its poses, velocities and controls.
+
+        options: of the simulation, in place of those that were recorded. Its steps are near the recorded ones
+        and have other bits: impulses of the step before, loads and activations are not recorded. A simulation
+        that `Simulation.save` wrote goes on bit for bit. Raises InputError if there is no such frame, or an
+        option cannot be used.
+        """
+        k = self._checked(frame)
+        recorded = {n: v for n, v in self.options.items() if n != "method" or isinstance(v, str)}
+        made = Simulation(self.model, **(recorded | options))
+        if self.has_coordinates:
+            made.set_q(self.q[k])  # turns too
+            made.controls = self.controls[k]
+        for name in STATE:
+            if name != "joint_coordinates":
+                setattr(made.state, name, getattr(self, name)[k])
+        made._set_clock(float(self.times[k]), int(self.steps[k]))
+        return made
 
     def frame_at(self, time: float) -> int:
         """The frame nearest to a time (s)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...io.files import write_whole
+from ...io.models.usd.names import identifiers
 from ...model.parts import WORLD
 from ..batches import Batch, visuals_of
 
@@ -39,7 +39,7 @@ def write_usd(recording: Recording, path: Path) -> None:
         stage.SetEndTimeCode(float(times[-1]))
         root = UsdGeom.Xform.Define(stage, "/scene")
         stage.SetDefaultPrim(root.GetPrim())
-        names = _names([body.name for body in model.bodies])
+        names = identifiers(body.name for body in model.bodies)
         bodies = {k: UsdGeom.Xform.Define(stage, f"/scene/{name}") for k, name in enumerate(names)}
         moves = {k: (x.AddTranslateOp(), x.AddOrientOp()) for k, x in bodies.items()}
         for frame, time in enumerate(times.tolist()):
@@ -77,16 +77,3 @@ def _add_batch(stage: Any, number: int, batch: Batch, names: list[str]) -> None:
         item.CreateDisplayColorAttr([Gf.Vec3f(*(batch.colours[k] / 255).tolist())])
         if batch.opacity < 1:
             item.CreateDisplayOpacityAttr([batch.opacity])
-
-
-def _names(bodies: list[str]) -> list[str]:
-    """Identifiers of USD that are all different."""
-    taken: set[str] = set()
-    found = []
-    for k, body in enumerate(bodies):
-        name = re.sub(r"\W", "_", body, flags=re.ASCII) or "body"
-        name = f"_{name}" if name[0].isdigit() else name
-        name = f"{name}_{k}" if name in taken else name
-        taken.add(name)
-        found.append(name)
-    return found

@@ -103,7 +103,7 @@ class Shapes:
             return [(mesh, ORIGIN)]
         hull = shapes.Hull(mesh.vertices)
         if what := told(mesh, hull):
-            self.issues.add(e, what)
+            self.issues.dent(hull, mesh, e, what)
         return [(hull, ORIGIN)]
 
 

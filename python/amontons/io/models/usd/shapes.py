@@ -118,7 +118,7 @@ class Colliders:
             return mesh, ORIGIN
         hull = shapes.Hull(mesh.vertices)
         if approximation != "convexHull" and (what := told(mesh, hull)):
-            self.scene.refuse(prim, what)
+            self.scene.issues.dent(hull, mesh, self.scene.at(prim), what)
         return hull, ORIGIN
 
     def _bounding_box(self, prim: Any, linear: Array) -> tuple[Shape, Transform]:

@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+
+#include "amontons/multibody/step/simulation.hpp"
+
+namespace amontons {
+
+// The last step of a simulation with its contacts, joints and drives held on their faces: what is open stays
+// open, what sticks sticks, what slides slides. Steps from nearby states, controls and parameters then differ
+// from it by its derivative, to first order (solvers/second_order/held_faces.hpp).
+class HeldStep {
+ public:
+  // InputError before the first step.
+  explicit HeldStep(const Simulation& simulation);
+
+  // The options of simulations that make the step held, of this model or of a variant.
+  SimulationOptions options(SimulationOptions given) const;
+
+  // See HeldFaces.
+  double margin() const;
+  bool determines_velocities() const;
+  std::size_t rows() const;
+  // Solves, of all steps so far, whose rows were not those of the last step: they were not held.
+  std::size_t others() const;
+  // The largest error of the held equations in all steps so far (m/s).
+  double residual() const;
+
+ private:
+  struct Shared;
+  std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace amontons

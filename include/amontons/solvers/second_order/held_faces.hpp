@@ -1,0 +1,63 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "amontons/problem/problem.hpp"
+
+// Derivatives of solutions, by the implicit function theorem.
+namespace amontons {
+
+// A solution with the faces of K on which it lies. A nearby problem is solved on the same faces as a linear
+// system, with the factors of this one. To first order its solution is that of the variational inequality, as
+// long as no face changes.
+//
+// Equation. With g = u + saxce(u) e_n and the trial point t = x - g / p of a block, a solution has
+// x = Pi(t). Held, Pi and saxce are their tangents at the trial point t0 and the velocity u0 of this
+// solution:
+//
+//   x = Pi(t0) + Q (t - t0),   Q = Pi'(t0),
+//   g = u + (saxce(u0) + saxce'(u0) (u - u0)) e_n,   u = A x + b.
+//
+// Pi, Q and saxce are those of the nearby set, whose coefficients may differ.
+class HeldFaces {
+ public:
+  // x: a solution of the problem, to rounding. InputError if there are more than `most_rows` rows.
+  HeldFaces(const Problem& problem, Law law, std::vector<double> x);
+  ~HeldFaces();
+
+  static constexpr std::size_t most_rows = 3000;  // of a dense matrix of 72 MB
+
+  struct Nearby {
+    std::vector<double> x;
+    double residual = 0;  // largest error of the held equations (m/s)
+  };
+  // The solution of a nearby problem; none if its rows are not those of this one.
+  std::optional<Nearby> solve(const Problem& problem) const;
+
+  // The least change of a velocity of a row (m/s) with which a block may reach another face.
+  double margin() const { return margin_; }
+  // Whether the velocities after the step follow from the faces, although impulses may not (a table on four
+  // legs).
+  bool determines_velocities() const { return determined_; }
+  std::size_t rows() const { return x_.size(); }
+
+ private:
+  struct Factor;
+  void form(const Problem& problem);
+  void find_margin(const Problem& problem);
+  bool is_like(const Problem& problem) const;
+  // F(x), of which a held solution is a zero, and the velocity u of x.
+  void held_map(const Problem& problem, std::span<const double> x, std::vector<double>& u,
+                std::vector<double>& F) const;
+
+  Law law_;
+  SetProduct K_;
+  std::vector<double> x_, u_, trial_, P_, b_;
+  std::unique_ptr<Factor> factor_;  // of F'(x)
+  double margin_ = 0;
+  bool determined_ = true;
+};
+
+}  // namespace amontons

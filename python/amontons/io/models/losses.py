@@ -1,0 +1,47 @@
+"""Parts of a model that a file of another format cannot hold, listed in one warning."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...checks import shortened
+from ...errors import UnsupportedWarning
+from ...model.presets import EFFECTS
+
+SHOWN, WIDTH = 5, 140
+"""Lines of the warning, and characters of a line"""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Something of a model that a written file does not hold, see `write_model`."""
+
+    part: str
+    """such as 'joint "knee"'; "model" for a whole list"""
+    what: str
+    effect: str
+    """on the motion: large (a part of the mechanism or its drive is missing) | small (a force or coefficient
+    is another one) | none"""
+
+    def __str__(self) -> str:
+        return f"{self.part}: {self.what}"
+
+
+def told(path: Path, lost: Sequence[Lost], who: str) -> tuple[Lost, ...]:
+    """The list, worst first; one warning where it changes the motion for `who` reads the file."""
+    ordered = tuple(sorted(dict.fromkeys(lost), key=lambda entry: EFFECTS.index(entry.effect)))
+    changing = [entry for entry in ordered if entry.effect != "none"]
+    if changing:
+        lines = [f"  {shortened(str(entry), WIDTH)}" for entry in changing[:SHOWN]]
+        if len(changing) > SHOWN:
+            lines.append(f"  and {len(changing) - SHOWN} more")
+        things = f"{len(changing)} things are" if len(changing) > 1 else "1 thing is"
+        warnings.warn(
+            f"{path}: {things} lost for {who} (write_model returns the list):\n" + "\n".join(lines),
+            UnsupportedWarning,
+            stacklevel=3,
+        )
+    return ordered

@@ -1,0 +1,189 @@
+"""Derivatives of a time step on the faces of its solution: what is open, sticks or slides goes on to.
+
+The implicit function theorem gives the change of the impulses from the factors of the equations on the faces
+(solvers/second_order/held_faces.hpp). All else is a smooth map: from states and parameters to the problem,
+and from impulses to the state after the step. It is differentiated by central differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..checks import Array, shown, vector
+from ..errors import InputError
+from ..model.coordinates import degrees
+from ..model.model import Model
+from ..model.quantities import parameter, values_of
+from ..model.variants import variant_at
+from .differences import HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
+from .forces import effort_table
+
+OPEN_END = 1e-5
+"""Relative: by which parameters change, and in their units those of zero."""
+INCONSISTENT = 1e-3
+"""A held solution whose equations err by more of its change (m/s) has no derivative."""
+NEAR = 10.0
+"""Changes: margins below so many are borders."""
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative of a step: (q, qd) after it over (q, qd), inputs and parameters before it.
+
+    Rows, and columns of A: changes of q along qd (nv), qd (nv), activations (na), as in `Linearisation`;
+    those of rows from the q after the step. So the derivative of two steps is the product of theirs.
+    """
+
+    A: Array
+    """(2 nv + na, 2 nv + na)"""
+    B: Array
+    """(2 nv + na, inputs)"""
+    P: Array
+    """(2 nv + na, parameters), in the units of the parameters"""
+    dt: float
+    """s"""
+    states: tuple[str, ...]
+    """names of the rows: hip.change, ..., hip.rate, ..."""
+    inputs: tuple[str, ...]
+    """names of the columns of B"""
+    parameters: tuple[str, ...]
+    """names of the columns of P, as they were given"""
+    differentiable: bool
+    """False: the step has no derivative here, and the numbers are those of the faces that it chose"""
+    margin: float
+    """the least change of a velocity (m/s) that may bring a contact, joint or drive to another face: open,
+    stick, slide, at a limit. Infinite if there is no border"""
+    reason: str
+    """why it is not differentiable; empty if it is"""
+
+    def vjp(self, cotangent: ArrayLike) -> Pullback:
+        """The products of a row vector, (2 nv + na,), with A, B and P: of a loss, its derivatives.
+
+        cotangent: of the loss over the state after the step. Raises InputError for another length.
+        """
+        w = vector("cotangent", cotangent)
+        if len(w) != len(self.A):
+            raise InputError(f"cotangent has {len(w)} entries; the state has {len(self.A)}")
+        return Pullback(w @ self.A, w @ self.B, w @ self.P)
+
+
+@dataclass(frozen=True)
+class Pullback:
+    """Derivatives of a loss over what was before a step."""
+
+    state: Array
+    """(2 nv + na,)"""
+    inputs: Array
+    """(inputs,)"""
+    parameters: Array
+    """(parameters,)"""
+
+
+class Held:
+    """The last step of a simulation, made again on its faces from nearby states and parameters."""
+
+    def __init__(self, core: _core.Simulation, model: Model, options: _core.SimulationOptions) -> None:
+        """core: after the step, solved to rounding; it goes back to the state before it."""
+        self.step = _core.HeldStep(core)
+        self.model, self._options = model, self.step.options(options)
+        core.restore_last()
+        self._before = core.snapshot()
+
+    def simulation(self, model: Model | None = None) -> _core.Simulation:
+        """Before the step; of a variant of the model."""
+        model = model or self.model
+        made = _core.Simulation(model.core, self._options)
+        if model is self.model:
+            made.restore(self._before)
+            return made
+        arrays = self._before.arrays
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        made.restore(_core.State(model.core, arrays=arrays, **scalars))
+        return made
+
+
+def derivative_of(
+    held: Held, dt: float, inputs: str, parameters: Iterable[str], threads: int | None, unsound: str
+) -> Derivative:
+    """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
+    model, core = held.model, held.simulation()
+    after = core.copy()
+    after.step()
+    stepped = Stepped(model, model.tree.coordinates(after)[0], threads)
+    entries = entries_of(core, model, inputs, held_change(model))
+    sides = list(stepped.sides(core, entries))
+    (middle,) = stepped.after([placed(core, model)])
+    names = [parameters] if isinstance(parameters, str) else list(parameters)
+    states, driven = names_of(model, inputs)
+    size = len(states)
+    moved = [_parameter_slope(held, stepped, name) for name in names]
+    matrix = np.array([side.slope for side in sides]).reshape(len(sides), size).T
+    kinks = kinks_of(states + driven, entries, sides, middle)
+    reason = unsound or _reason(held.step, kinks)
+    return Derivative(
+        matrix[:, :size].copy(),
+        matrix[:, size:].copy(),
+        np.array(moved).reshape(len(names), size).T.copy(),
+        dt,
+        states,
+        driven,
+        tuple(names),
+        not reason,
+        held.step.margin,
+        reason,
+    )
+
+
+def limits_at_rest(core: _core.Simulation, model: Model) -> list[str]:
+    """The degrees of freedom that rested at a limit in the last step. A step opens it and never closes an
+    overlap, so that it has a derivative to one side alone."""
+    # A held step closes overlaps of up to a thousandth of the fall (step/policy.hpp, closing).
+    reach = 1e-6 + 2e-3 * float(np.linalg.norm(model.gravity)) * core.impulse_step**2 / model.length
+    found = []
+    for row, (name, dof) in zip(effort_table(core), degrees(model.joints), strict=True):
+        gap = min(row["coordinate"] - dof.lower, dof.upper - row["coordinate"])
+        if row["limit"] != 0 and dof.lower < dof.upper and abs(gap) <= reach:
+            found.append(name)
+    return found
+
+
+def _parameter_slope(held: Held, stepped: Stepped, name: str) -> Array:
+    what, at = parameter(held.model, name)
+    values = values_of(what, held.model, at)
+    largest = max(map(abs, values))
+    by = OPEN_END * largest if largest > 0 else OPEN_END
+    low = -by if min(values) >= by else 0.0
+
+    def variant(change: float) -> tuple[Model, _core.Simulation]:
+        changed = with_values(held.model, {name: [value + change for value in values]})
+        return changed, held.simulation(changed)
+
+    return stepped.sides_of_variants(variant, low, by).slope
+
+
+def with_values(model: Model, values: Mapping[str, Sequence[float]]) -> Model:
+    """The variant with values of parameters, "damping:elbow", for each of the places that they name."""
+    changes: dict[str, dict[int, float]] = {}
+    for name, each in values.items():
+        what, at = parameter(model, name)
+        changes.setdefault(what, {}).update(zip(at, each, strict=True))
+    return variant_at(model, changes)
+
+
+def _reason(step: _core.HeldStep, kinks: Sequence[str]) -> str:
+    if step.others:
+        return f"contacts or rows of the step change with the state: {step.others} steps were not held"
+    if not step.determines_velocities:
+        return "the velocities depend on impulses that are not determined (a stack, a table on many legs)"
+    if kinks:
+        return f"changes of {', '.join(kinks[:3])} differ to both sides: a position is about to be corrected"
+    if step.residual > INCONSISTENT * HELD_CHANGE:
+        return "contacts and joints contradict each other after a change"
+    if step.margin < NEAR * HELD_CHANGE:
+        return f"a contact or drive is at a border between two faces: margin {shown(step.margin)} m/s"
+    return ""

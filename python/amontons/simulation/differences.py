@@ -1,0 +1,219 @@
+"""Differences of a time step: copies of a simulation that differ in one entry each, stepped side by side.
+
+The state x of a simulation has dq (nv), a change of q along qd, then qd (nv), then the activations of
+actuators that have any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..checks import Array
+from ..errors import SimulationError
+from ..model.model import Model
+from .processors import usable_cores
+from .tangent import angles, differences, integrate
+
+CHANGE = 1e-6
+"""rad, or Model.length: by which coordinates change. Errors are 1e-12 of the third derivative, and 1e-16 /
+1e-6 of rounding."""
+HELD_CHANGE = 1e-7
+"""the same where steps are held on their faces and solved to rounding: errors of 1e-9. Contacts that rest are
+kept closed by a small share of the fall of a step, and are to stay within it."""
+TOGETHER = 128
+"""copies that are kept at a time"""
+KINK = 0.02
+"""One-sided slopes that differ by more belong to a contact that opens, closes, or begins to slide."""
+SMALL = 1e-2
+"""Slopes of inputs below this share of others of their kind may be rounding."""
+FLAT = 1e-4
+"""Slopes of states below it may be rounding: a change that a contact takes back within the step."""
+INPUTS = {"controls": None, "joint_forces": None}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Something that is changed by so much to both sides."""
+
+    kind: str
+    """q | qd | activations | controls | joint_forces"""
+    index: int
+    low: float
+    high: float
+    """by how much"""
+
+
+@dataclass(frozen=True)
+class Sides:
+    """The states after steps of both sides of an entry."""
+
+    low: Array
+    high: Array
+    by: tuple[float, float]
+    """low <= 0 <= high, by how much the entry was changed"""
+
+    @property
+    def slope(self) -> Array:
+        return (self.high - self.low) / (self.by[1] - self.by[0])
+
+    def slopes(self, middle: Array) -> tuple[Array, Array]:
+        """To both sides; of one side alone twice the same."""
+        if self.by[0] == 0 or self.by[1] == 0:
+            return self.slope, self.slope
+        return (self.high - middle) / self.by[1], (self.low - middle) / self.by[0]
+
+
+def kinks_of(
+    names: Sequence[str], entries: Sequence[Entry], sides: Sequence[Sides], middle: Array
+) -> tuple[str, ...]:
+    """The entries whose slopes to both sides disagree.
+
+    Each is compared with its own largest slope, unless that is rounding: far below those of its kind, or of
+    states below FLAT.
+    """
+    pairs = [side.slopes(middle) for side in sides]
+    sizes = [float(np.abs(pair).max(initial=0.0)) for pair in pairs]
+    typical: dict[str, float] = {}
+    for entry, size in zip(entries, sizes, strict=True):
+        typical[entry.kind] = max(typical.get(entry.kind, 0.0), size)
+    found = []
+    for name, entry, (up, down), size in zip(names, entries, pairs, sizes, strict=True):
+        least = SMALL * typical[entry.kind] if entry.kind in INPUTS else FLAT
+        if np.abs(up - down).max(initial=0.0) > KINK * max(size, least):
+            found.append(name)
+    return tuple(found)
+
+
+class Stepped:
+    """States of copies of a simulation after a step, as changes from the coordinates q."""
+
+    def __init__(self, model: Model, q: Array, threads: int | None) -> None:
+        self.model, self.q, self.threads = model, q, threads or usable_cores()
+        self.residual = 0.0
+        """the largest of all steps"""
+
+    def after(
+        self, copies: Sequence[_core.Simulation], trees: Sequence[_core.Tree] | None = None
+    ) -> list[Array]:
+        """The state of each after a step."""
+        q, qd, residuals, _, _, failures = _core.run_worlds(
+            trees or [self.model.tree], copies, None, None, 1, 1, self.threads
+        )
+        if any(failures):
+            why = next(failure for failure in failures if failure)
+            raise SimulationError(f"there is no linear model here, as a step fails: {why}")
+        self.residual = max(self.residual, float(residuals.max(initial=0.0)))
+        active = activated(self.model)
+        start = np.broadcast_to(self.q, (len(copies), len(self.q)))
+        activations = np.array([copy.activations[active] for copy in copies]).reshape(
+            len(copies), len(active)
+        )
+        moved = differences(self.model, start, q[:, 0])
+        return list(np.concatenate([moved, qd[:, 0], activations], axis=1))
+
+    def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
+        """Both sides of each entry, from the state of `core`."""
+        q, qd = self.model.tree.coordinates(core)
+        for first in range(0, len(entries), TOGETHER // 2):
+            part = entries[first : first + TOGETHER // 2]
+            copies = [_changed(core, self.model, q, qd, e, by) for e in part for by in (e.low, e.high)]
+            rows = self.after(copies)
+            for k, entry in enumerate(part):
+                yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
+
+    def sides_of_variants(
+        self,
+        variant: Callable[[float], tuple[Model, _core.Simulation]],
+        low: float,
+        high: float,
+    ) -> Sides:
+        """Both sides of a parameter; variant(change): the changed model, and a simulation of it."""
+        (first, one), (second, other) = variant(low), variant(high)
+        rows = self.after([one, other], [first.tree, second.tree])
+        return Sides(rows[0], rows[1], (low, high))
+
+
+def placed(core: _core.Simulation, model: Model) -> _core.Simulation:
+    """A copy whose bodies are where the tree of joints puts them, as those of changed copies are."""
+    copy, none = core.copy(), np.zeros(model.nv, np.uint8)
+    q, qd = model.tree.coordinates(core)
+    model.tree.set_q(copy, q, none)
+    model.tree.set_qd(copy, qd, none)
+    return copy
+
+
+def activated(model: Model) -> list[int]:
+    """The actuators with an activation."""
+    return [k for k, drive in enumerate(model.actuators) if drive.dynamics != "none"]
+
+
+def held_change(model: Model) -> float:
+    """By how much states of held steps change. Loops close to 1e-10, which larger changes have to pass."""
+    in_tree = {link[2] for link in model.tree.links}
+    return HELD_CHANGE if all(j in in_tree for j in range(len(model.joints))) else CHANGE
+
+
+def entries_of(core: _core.Simulation, model: Model, inputs: str, change: float = CHANGE) -> list[Entry]:
+    """Those of the state, then those of the inputs."""
+    found = [*_of_state(model), *_of_activations(core, model), *_of_inputs(core, model, inputs)]
+    scale = change / CHANGE
+    return [Entry(e.kind, e.index, scale * e.low, scale * e.high) for e in found]
+
+
+def _of_state(model: Model) -> Iterator[Entry]:
+    gravity = float(np.linalg.norm(model.gravity))
+    # Rates that fall through Model.length would have; without gravity those that pass it in a second.
+    rate = CHANGE * (np.sqrt(gravity / model.length) if gravity > 0 else 1.0)
+    units = np.where(angles(model), 1.0, model.length)
+    for kind, by in (("q", CHANGE), ("qd", rate)):
+        yield from (Entry(kind, k, -by * unit, by * unit) for k, unit in enumerate(units.tolist()))
+
+
+def _of_activations(core: _core.Simulation, model: Model) -> Iterator[Entry]:
+    for k in activated(model):
+        drive, now = model.actuators[k], float(core.activations[k])
+        yield _within("activations", k, now, drive.lower_activation, drive.upper_activation)
+
+
+def _of_inputs(core: _core.Simulation, model: Model, inputs: str) -> Iterator[Entry]:
+    if inputs == "controls":
+        for k, (lower, upper) in enumerate(model.control_limits):
+            yield _within("controls", k, float(core.controls[k]), lower, upper)
+    else:
+        for k in range(model.nv):
+            yield _within("joint_forces", k, float(core.joint_forces[k]), -np.inf, np.inf)
+
+
+def _within(kind: str, index: int, now: float, lower: float, upper: float) -> Entry:
+    """At a limit to one side only, beyond which nothing would change."""
+    by = CHANGE * max(1.0, abs(now))
+    return Entry(kind, index, max(lower - now, -by), min(upper - now, by))
+
+
+def _changed(
+    core: _core.Simulation, model: Model, q: Array, qd: Array, entry: Entry, by: float
+) -> _core.Simulation:
+    copy, none = core.copy(), np.zeros(model.nv, np.uint8)
+    if entry.kind in ("q", "qd"):
+        change = np.zeros(model.nv)
+        change[entry.index] = by
+        if entry.kind == "q":
+            model.tree.set_q(copy, integrate(model, q, change), none)
+        else:
+            model.tree.set_qd(copy, qd + change, none)
+    else:
+        getattr(copy, entry.kind)[entry.index] += by
+    return copy
+
+
+def names_of(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the entries of the state and of the inputs."""
+    states = [f"{name}.change" for name in model.qd_names] + [f"{name}.rate" for name in model.qd_names]
+    states += [f"{model.actuators[k].name}.activation" for k in activated(model)]
+    if inputs == "controls":
+        return tuple(states), tuple(f"{name}.control" for name in model.control_names)
+    return tuple(states), tuple(f"{name}.force" for name in model.qd_names)

@@ -1,0 +1,169 @@
+"""Models as MJCF and URDF: read back they move alike, and what is lost is listed."""
+
+import math
+import warnings
+
+import amontons
+import numpy as np
+import pytest
+from amontons import InputError, UnsupportedWarning
+from amontons.io.models.trees_out import moved
+from every_part import every_part
+from problems import DATA
+
+pytest.importorskip("mujoco")
+
+ROBOTS = DATA / "robots"
+
+
+def quiet(function, *arguments, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return function(*arguments, **options)
+
+
+def written(model, folder, suffix):
+    lost = quiet(amontons.write_model, model, folder / f"model{suffix}")
+    return quiet(amontons.load_model, folder / f"model{suffix}"), lost
+
+
+def place(simulation, name, *, centres):
+    model, link = simulation.model, simulation.link(name)
+    k = model.link_index(name) - len(model.bodies)
+    part = model.links[k] if k >= 0 else model.bodies[k]
+    frame = amontons.Transform(link["position"], link["orientation"])
+    return np.array(frame(part.centre_of_mass) if centres else frame.position)
+
+
+def apart(model, other, duration=0.3, *, centres=False):
+    """The largest distance (m) of frames, or centres, of bodies of one name after the same time."""
+    simulations = [amontons.Simulation(m, dt=2e-3, tolerance=1e-9) for m in (model, other)]
+    for simulation in simulations:
+        quiet(simulation.run, duration)
+    ends = ([place(s, name, centres=centres) for name in model.body_names] for s in simulations)
+    return max(np.abs(a - b).max() for a, b in zip(*ends, strict=True))
+
+
+# Breaks when a frame, an axis, a law or an exclusion of a robot is written otherwise than it is read.
+@pytest.mark.parametrize("name", ["arm.xml", "dog.urdf", "gripper.xml", "quadruped.xml"])
+def test_robots_as_mjcf(root, tmp_path, name):
+    model = quiet(amontons.load_model, root / "examples" / "models" / name)
+    again, lost = written(model, tmp_path, ".xml")
+    assert not [entry for entry in lost if entry.effect != "none"]
+    assert again.control_names == model.control_names
+    assert apart(model, again) < 1e-8
+
+
+# The same of robots of others, in contact too.
+@pytest.mark.parametrize(
+    "name",
+    [
+        "dm_suite/walker.xml", "gymnasium/ant.xml", "gymnasium/pusher_v5.xml", "bullet3/kuka_iiwa/model.urdf",
+        "bullet3/r2d2.urdf", "mujoco/humanoid/humanoid.xml", "shadow_hand/right_hand.xml",
+    ],
+)  # fmt: skip
+def test_shared_robots_as_mjcf(tmp_path, name):
+    if not (ROBOTS / name).is_file():
+        pytest.skip("no shared robots")
+    model = quiet(amontons.load_model, ROBOTS / name)
+    assert apart(model, written(model, tmp_path, ".xml")[0]) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["bullet3/kuka_iiwa/model.urdf", "bullet3/r2d2.urdf"])
+def test_shared_robots_as_urdf(tmp_path, name):
+    if not (ROBOTS / name).is_file():
+        pytest.skip("no shared robots")
+    model = quiet(amontons.load_model, ROBOTS / name)
+    assert apart(model, written(model, tmp_path, ".urdf")[0]) < 1e-9
+
+
+# Breaks when a hinge off the origin, a slide, the other order of bodies, or a cube that floats above the
+# world comes to lie elsewhere. The chain of three degrees of freedom starts away from zero.
+@pytest.mark.parametrize("suffix", [".xml", ".urdf"])
+def test_joints_of_all_kinds(tmp_path, suffix):
+    builder = amontons.ModelBuilder(friction_rule="maximum")
+    builder.add_geom(None, amontons.shapes.Box((3, 3, 0.1)), position=(0, 0, -0.1), name="ground")
+    turn = amontons.axis_angle((1, 2, 3), 0.4)
+    for k, name in enumerate("abcd"):
+        builder.add_body(
+            name,
+            shape=amontons.shapes.Capsule(0.05, 0.1),
+            density=700,
+            position=(0.5 * k, 0, 1.5),
+            orientation=turn,
+        )
+    builder.add_body("cube", shape=amontons.shapes.Box((0.1, 0.1, 0.1)), density=500, position=(-1, 0, 0.1))
+    builder.add_revolute_joint(
+        "a", point=(-0.1, 0.05, 1.6), axis=(0, 0.6, 0.8), limits=(-0.5, 0.4), damping=0.1
+    )
+    # The parent comes first here: the coordinate is that of a from b.
+    builder.add_revolute_joint("a", "b", point=(0.25, 0.03, 1.5), axis=(1, 0, 1), friction=0.01)
+    builder.add_prismatic_joint("c", "b", axis=(0, 1, 0.2), limits=(-0.1, 0.1))
+    if suffix == ".xml":
+        dofs = (
+            amontons.Dof("hinge", (1, 0, 0), (0, 0.02, 0)),
+            amontons.Dof("slide", (0, 1, 0), stiffness=90, rest=0.1),
+            amontons.Dof("hinge", (0, 0.6, 0.8), (0.01, 0, 0)),
+        )
+        frame = amontons.Transform((-0.1, 0, 0.02), turn)
+        chain = amontons.Transform()
+        for dof, start in zip(dofs, (0.2, 0.05, -0.3), strict=True):
+            chain = chain @ moved(dof, start)
+        c, d = (amontons.Transform((0.5 * k, 0, 1.5), turn) for k in (2, 3))
+        base = c.inverse() @ d @ frame @ chain.inverse()
+        builder.add_joint(
+            amontons.Joint("pair", body_a="d", body_b="c", frame_a=frame, frame_b=base, dofs=dofs)
+        )
+    model = builder.build()
+    again, lost = written(model, tmp_path, suffix)
+    assert not [str(entry) for entry in lost if entry.effect == "large"]
+    # Links of URDF have their frames on their axes. Rows of joints hold to the tolerance, in frames of their
+    # own.
+    assert apart(model, again, centres=True) < 2e-6
+
+
+# Breaks when a loop is left open unsaid: a four-bar with hinges, and a rod.
+def test_loops_as_mjcf(tmp_path):
+    builder = amontons.ModelBuilder()
+    for name, x in (("left", 0.0), ("right", 0.8)):
+        builder.add_body(name, mass=1, inertia=(0.02, 0.02, 0.001), position=(x, 0, -0.25))
+        builder.add_revolute_joint(name, point=(x, 0, 0), axis=(0, 1, 0))
+    builder.add_body("bar", mass=2, inertia=(0.01, 0.1, 0.1), position=(0.4, 0, -0.5))
+    builder.add_body("weight", mass=0.5, inertia=(0.01, 0.01, 0.01), position=(0.4, 0, -0.8))
+    builder.add_revolute_joint("bar", "left", point=(0, 0, -0.5), axis=(0, 1, 0))
+    builder.add_revolute_joint("bar", "right", point=(0.8, 0, -0.5), axis=(0, 1, 0), name="close")
+    builder.add_distance_joint(
+        "weight", "bar", point_a=(0.4, 0, -0.8), point_b=(0.4, 0, -0.5), limits=(0, 0.3)
+    )
+    model = builder.build()
+    again, lost = written(model, tmp_path, ".xml")
+    assert lost == ()
+    simulations = [amontons.Simulation(m, dt=2e-3, tolerance=1e-9) for m in (model, again)]
+    for simulation in simulations:
+        simulation.state.linear_velocities[model.body_index("weight")] = (0.5, 0, 0)
+        simulation.run(0.5)
+    ends = [s.link("weight")["position"] for s in simulations]
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-5)
+
+
+# Breaks when something that a format has no element for is left out unsaid.
+def test_losses(tmp_path):
+    with pytest.warns(UnsupportedWarning, match="are lost for MuJoCo"):
+        lost = amontons.write_model(every_part(), tmp_path / "model.xml")
+    said = "\n".join(map(str, lost))
+    for what in ("restitution and compliance", "depends on the direction", "friction_rule", "a mesh"):
+        assert what in said
+    with pytest.raises(
+        InputError, match='joint "joint.*" has 3 degrees of freedom; URDF has joints with one'
+    ):
+        amontons.write_model(every_part(), tmp_path / "model.urdf")
+
+
+# Breaks when the angles of URDF are those of another order, or wrong where roll and yaw are one.
+@pytest.mark.parametrize("pitch", [0.3, math.pi / 2, -math.pi / 2])
+def test_angles(pitch):
+    from amontons.io.models.urdf_out import roll_pitch_yaw
+
+    turn = amontons.from_euler("xyz", (0.4, pitch, -0.7))
+    again = amontons.from_euler("xyz", roll_pitch_yaw(amontons.Transform(rotation=turn)))
+    assert abs(np.dot(turn, again)) == pytest.approx(1, abs=1e-12)
