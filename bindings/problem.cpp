@@ -93,8 +93,14 @@ nb::dict arrays_with_contacts(const ContactSystem& op) {
   return d;
 }
 
-// Arrays of an operator that C++ made; a matrix or function comes from the package, which still has it.
+// Arrays of an operator that C++ made: with bodies, or the matrix of a step with trees. A function comes from
+// the package, which still has it.
 nb::dict operator_arrays(const Problem& problem) {
+  if (const auto* dense = std::get_if<DenseOperator>(&problem.A)) {
+    nb::dict d;
+    d["matrix"] = to_numpy(std::vector<double>(dense->data.begin(), dense->data.end()), dense->m);
+    return d;
+  }
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   AMONTONS_REQUIRE(system != nullptr, "this operator has no bodies; keep the matrix of which it was made");
   return system->contacts.empty() ? arrays_of(*system, "") : arrays_with_contacts(*system);

@@ -419,7 +419,9 @@ class Contacts(_BodyBased):
         return f"Contacts({self.bodies} bodies, {len(self.body_a)} contacts{joints})"
 
 
-def from_core(core: _core.Problem) -> Contacts | Factored:
-    """The operator of a problem that the core made, which has bodies."""
+def from_core(core: _core.Problem) -> Contacts | Factored | Array:
+    """The operator of a problem that the core made: with bodies, or a matrix if it has trees."""
     arrays = core.operator_arrays()
+    if "matrix" in arrays:
+        return arrays["matrix"]
     return Contacts.from_arrays(arrays) if "normal" in arrays else Factored.from_arrays(arrays)

@@ -2,6 +2,7 @@
 #pragma once
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
+#include "amontons/multibody/model/model.hpp"
 #include "amontons/problem/problem.hpp"
 
 namespace amontons {
@@ -12,7 +13,8 @@ struct Assembly {
   bool impact = false;  // require u_n = -e u_n^- instead of closing gaps
   // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
   double closing = 0, most_closed = 0;
-  double slack = 0;  // m: smaller gaps and overlaps count as zero
+  double slack = 0;              // m: smaller gaps and overlaps count as zero
+  const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
 };
 
 // The VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.

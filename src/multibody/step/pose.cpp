@@ -24,7 +24,8 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
           .most_closed = error,
-          .slack = few ? 0 : std::min(drift, step::most_slack * length)};
+          .slack = few ? 0 : std::min(drift, step::most_slack * length),
+          .model = &step.model};
 }
 
 double enough_of_a_turn(const StepSetting& step) {

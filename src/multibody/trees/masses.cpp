@@ -99,6 +99,9 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
     linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
   }
   trees.carried = trees.inertias;
+  if (h > 0)
+    for (std::size_t i = 0; !trees.stiffness.empty() && i < forest.bodies.size(); ++i)
+      trees.carried[i].second = trees.carried[i].second + trees.stiffness[forest.bodies[i].body];
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     const TreeInertia& inertia = trees.carried[i];

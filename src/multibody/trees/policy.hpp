@@ -12,5 +12,8 @@ inline constexpr double rounding = 1e-11;
 inline constexpr int most_rounds = 8;
 // Change of rates (relative to the fastest): at which these rounds end.
 inline constexpr double rate_precision = 1e-9;
+// Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result. More
+// is left where coordinates turn by radians within a step (a chain that snaps straight, test_trees).
+inline constexpr double most_left = 1e-3;
 
 }  // namespace amontons::trees

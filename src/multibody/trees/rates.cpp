@@ -30,18 +30,27 @@ Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, cons
   return from_point(v[body].linear, v[body].angular, frames[body].centre - reference);
 }
 
-// Velocities of bodies from rates; trees.flow are the flows. A tree on a driven body begins with its flow.
-void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
-                      TreeStep& trees, BodyVelocities& v) {
+// trees.flow from rates. A tree on a driven body begins with its flow, of the velocities v.
+void make_flows(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
+                std::span<const double> rates, TreeStep& trees) {
   trees.flow.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
-    const TreePlace& place = trees.places[i];
     const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    Flow f = above >= 0 ? trees.flow[above] : flow_of(frames, v, b.parent, place.reference);
+    Flow f = above >= 0 ? trees.flow[above] : flow_of(frames, v, b.parent, trees.places[i].reference);
     for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
     trees.flow[i] = f;
-    v[b.body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
+  }
+}
+
+// Velocities of bodies from rates; trees.flow are the flows.
+void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
+                      TreeStep& trees, BodyVelocities& v) {
+  make_flows(forest, frames, v, rates, trees);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Flow& f = trees.flow[i];
+    const TreePlace& place = trees.places[i];
+    v[forest.bodies[i].body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
   }
 }
 
@@ -83,6 +92,7 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
                   const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
                   std::vector<Flow>& momenta) {
   trees.moved.resize(forest.bodies.size());
+  trees.chord.resize(forest.bodies.size());
   momenta.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
@@ -106,6 +116,7 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
     const Vec3 p = (model.body(b.body).mass / h) * way;
     const Vec3 spin = rotate(exponential(0.5 * turn), frames[b.body].inertia * ((1 / h) * turn));
     momenta[i] = {p, spin + cross(place.centre - place.reference, p)};
+    trees.chord[i] = from_point((1 / h) * way, (1 / h) * turn, place.centre - place.reference);
   }
 }
 
@@ -134,37 +145,72 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
   }
 }
 
+void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,
+                        std::vector<Flow>& impulses) {
+  if (trees.stiffness.empty()) return;
+  trees.bias.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    Flow f = above >= 0 ? trees.bias[above] : Flow{};
+    for (std::size_t k = b.first; k < b.first + b.count; ++k)
+      f += (rates[k] - trees.before[k]) * trees.columns[k];
+    trees.bias[i] = f;
+    impulses[i].angular -= trees.stiffness[b.body] * f.angular;
+  }
+}
+
+void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                       std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta) {
+  momenta.resize(forest.bodies.size());
+  make_flows(forest, frames, start, rates, trees);
+  for (std::size_t i = 0; i < momenta.size(); ++i) momenta[i] = momentum_of(trees.inertias[i], trees.flow[i]);
+}
+
 namespace {
+
+// The displacement of a step differs from that of its start velocities by the square of the angle, and so do
+// momenta. Below the precision of rates it need not be known.
+bool is_slow(double angle) { return angle * angle < trees::rate_precision; }
+bool is_fast(double angle) { return angle * angle > trees::most_left; }
+
+double largest(std::span<const double> rates) {
+  double most = 0;
+  for (const double rate : rates) most = std::max(most, std::abs(rate));
+  return most;
+}
 
 // The change of each body's momentum, from the displacement before the step to the one after it, is the
 // impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
-void find_rates(const Model& model, const Forest& forest, const State& state, double h,
+//
+// False: the rounds diverge, as coordinates turn too far within the step.
+bool find_rates(const Model& model, const Forest& forest, const State& state, double h,
                 const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
                 TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
+  const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
   for (int round = 0; round < trees::most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
+    subtract_stiffness(forest, rates, trees, trees.impulse);
     project(forest, trees.impulse, trees);
     for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, rates[k], h) + pushed[k];
     trees.constrained->linkage->solve(trees.along.data());
-    double change = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      rates[k] += trees.along[k];
-      change = std::max(change, std::abs(trees.along[k]));
-      trees.fastest = std::max(trees.fastest, std::abs(rates[k]));
-    }
-    // It ends at rounding, too: below it changes no longer fall.
-    if (!(change > trees::rate_precision * trees.fastest && change < 0.5 * last)) break;
+    for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
+    const double change = largest(trees.along);
+    if (change <= trees::rate_precision * fastest) return true;
+    // At rounding changes no longer fall.
+    if (!(change < last)) return change <= trees::most_left * fastest;
     last = change;
   }
+  return last <= trees::most_left * fastest;
 }
 
 }  // namespace
@@ -193,9 +239,10 @@ static void supply_loads(const Model& model, const Forest& forest, const State& 
 //
 // A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
 //
-// trees.impulse: those of loads, less those that the bodies need over h to keep their rates.
+// trees.impulse: minus those that the bodies need over h to keep their rates.
 static void subtract_velocity_terms(const Forest& forest, const BodyFrames& frames,
                                     const BodyVelocities& start, double h, TreeStep& trees) {
+  trees.impulse.resize(forest.bodies.size());
   const auto straight = [&](Index body) {
     return body < 0 ? Flow{} : Flow{-cross(start[body].angular, start[body].linear), {}};
   };
@@ -223,8 +270,29 @@ static void subtract_velocity_terms(const Forest& forest, const BodyFrames& fram
     const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
     const Flow change{needed.linear + cross(v.angular, p.linear),
                       needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
-    trees.impulse[i] = trees.supply[i] - h * change;
+    trees.impulse[i] = (-h) * change;
   }
+}
+
+// Velocity terms move energy between coordinates. Explicit ones create energy if these turn by radians within
+// a step. Their share s is the largest at which the energy of the rates does not rise in this pose:
+//
+//   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -h c(q, q'),   d = M^-1 p.
+static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                                 double h, TreeStep& trees) {
+  const std::size_t n = forest.parent.size();
+  subtract_velocity_terms(forest, frames, start, h, trees);
+  project(forest, trees.impulse, trees);
+  std::vector<double>& change = trees.mean;
+  change = trees.along;
+  trees.constrained->linkage->solve(change.data());
+  double along = 0, square = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    along += trees.before[k] * trees.along[k];
+    square += change[k] * trees.along[k];
+  }
+  const double share = along < 0 ? std::min(1.0, -2 * along / square) : 0.0;
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] -= (1 - share) * change[k];
 }
 
 // One round with the velocity terms at the start of the step is of first order, which is enough to search for
@@ -236,18 +304,64 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
   supply_loads(model, forest, state, h, loads, trees);
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
-  trees.impulse.resize(forest.bodies.size());
   subtract_velocity_terms(forest, frames, start, h, trees);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.impulse[i] += trees.supply[i];
+  trees.slow_supply = trees.impulse;
   project(forest, trees.impulse, trees);
   for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.before;
-  trees.fastest = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    trees.free[k] += trees.along[k];
-    trees.fastest = std::max({trees.fastest, std::abs(trees.before[k]), std::abs(trees.free[k])});
-  }
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.along[k];
+  trees.fastest = largest(trees.before);
+  if (is_fast(h * trees.fastest)) limit_velocity_terms(forest, frames, start, h, trees);
   write_velocities(forest, frames, trees.free, trees, free);
+}
+
+// Joints do no work over two displacements in mean, if these are short: their forces are normal to the
+// motion in the pose between them. Coordinates that turn by radians within a step break this.
+static bool creates_energy(const Model& model, const Forest& forest, const State& state, double h,
+                           const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees) {
+  const double fastest = std::max(trees.fastest, largest(trees.free));
+  if (!is_fast(h * fastest)) return false;
+  make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+  double energy = 0, work = 0;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    energy += power(trees.momenta[i], trees.chord_before[i]) + power(trees.impulse[i], trees.chord[i]);
+    trees.impulse[i] = trees.impulse[i] - trees.supply[i];
+  }
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+    work += power(trees.impulse[i], trees.chord[i]) + power(trees.impulse[i], trees.chord_before[i]);
+  for (std::size_t k = 0; k < trees.free.size(); ++k)
+    work -= (drive_impulse(trees, k, trees.free[k], h) + trees.pushed[k]) * (trees.free[k] + trees.before[k]);
+  return !(work <= trees::most_left * energy);
+}
+
+// A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies
+// whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
+// are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
+static void project_momenta(const Model& model, const Forest& forest, const State& state, double h,
+                            const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees) {
+  const std::size_t n = forest.parent.size();
+  trees.impulse = trees.supply;
+  project(forest, trees.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) {
+    const TreeDrive& d = trees.drives[k];
+    trees.along[k] += d.inertia * trees.before[k] - h * d.stiffness * d.stretch;
+  }
+  trees.constrained->linkage->solve(trees.along.data());
+  trees.free = trees.along;
+  for (int round = 0; round < trees::most_rounds; ++round) {
+    make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+    double had = 0, has = 0, work = 0;
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+      had += 0.5 * power(trees.momenta[i], trees.chord_before[i]);
+      has += 0.5 * power(trees.impulse[i], trees.chord[i]);
+      work += power(trees.loads[i], trees.chord[i]);
+    }
+    if (!(has > had + std::max(0.0, work))) break;
+    const double share = std::sqrt((had + std::max(0.0, work)) / has);
+    for (double& rate : trees.free) rate *= share;
+  }
 }
 
 // With impulses P along the coordinates the momenta are those of the rates r that solve (40) with P. The
@@ -262,9 +376,6 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
                              TreeStep& trees, BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
-  const double last = state.impulse_step > 0 ? state.impulse_step : h;
-  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.impulse);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.impulse[i];
   trees.pushed.assign(n, 0.0);
   trees.caused.assign(n, 0.0);
   if (!w.empty()) {
@@ -275,9 +386,26 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     trees.caused = trees.pushed;
     linkage.solve(trees.caused.data());
   }
+  trees.first = trees.free;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
-  for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
+  trees.slow = is_slow(h * std::max(trees.fastest, largest(trees.free)));
+  if (trees.slow) {
+    make_slow_momenta(forest, frames, start, trees.before, trees, trees.supply);
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.slow_supply[i];
+    trees.free = trees.first;
+    return;
+  }
+  const double last = state.impulse_step > 0 ? state.impulse_step : h;
+  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.momenta);
+  trees.loads = trees.supply;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
+  trees.chord_before = trees.chord;
+  const bool found = find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
+  if (found && !creates_energy(model, forest, state, h, frames, start, trees)) {
+    for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
+  } else {
+    project_momenta(model, forest, state, h, frames, start, trees);
+  }
   write_velocities(forest, frames, trees.free, trees, free);
 }
 

@@ -31,6 +31,14 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
                   const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
                   std::vector<Flow>& momenta);
 
+// The same of rates so slow that the displacement over a step is that of the velocity.
+void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                       std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta);
+
+// Inertias that stand for the stiffness of light links resist the change of rates since the start.
+void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,
+                        std::vector<Flow>& impulses);
+
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and the velocities for
 // `rates_then` there. Bodies outside of trees have moved already, with the velocities v.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
