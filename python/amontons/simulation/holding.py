@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from .. import _core
-from ..checks import Array, shown, suggestion
+from ..checks import Array, sequence, shown, suggestion, text
 from ..errors import InputError
 from ..model.coordinates import known
 from ..model.model import Model
@@ -44,7 +44,8 @@ def _entries(model: Model, joints: Iterable[str]) -> list[int]:
     if isinstance(joints, str):
         raise InputError(f"joints is {shown(joints)}; give several names, as ({shown(joints)},)")
     found: set[int] = set()
-    for name in joints:
+    for name in sequence("joints", joints):
+        text("joints: a name", name)
         own = [
             c
             for key, c in model.coordinates.items()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..checks import Array
 from ..model.coordinates import degrees, joint_labels
-from ..model.model import Model
+from ..model.model import Model, no_model
 from ..model.parts import WORLD
 from .determinacy import Determined, Pose, back, determined, rotate
 from .forces import WRENCH, WRENCH_UNITS
@@ -92,6 +92,8 @@ class Loads:
 
     def __init__(self, model: Model, *, efforts: bool = True) -> None:
         """efforts: whether values of degrees of freedom follow those of joints in `add`."""
+        if not isinstance(model, Model):
+            raise no_model("Loads: model", model)
         count = 6 * len(model.joints) + model.dofs * efforts
         self._model, self._efforts = model, efforts
         self._sums, self._known = Sums(count), np.ones(count, bool)

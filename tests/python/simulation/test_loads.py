@@ -211,6 +211,12 @@ def test_collection_ends():
     assert "0.01 s" in repr(loads)
 
 
+# Breaks when what is no model gives an error of the library's inside.
+def test_loads_of_no_model():
+    with pytest.raises(amontons.InputError, match="Loads: model is a NoneType"):
+        amontons.Loads(None)
+
+
 # Breaks when a locked direction of a joint is missing, twice there, or taken at another place: the number of
 # independent changes that put no sum on any body is that of the rows of the step less their rank.
 @pytest.mark.parametrize("scene", ["four_bar", "slider_crank", "chain"])

@@ -111,6 +111,10 @@ def test_what_is_not_held():
         sim.gravity_compensation(joints=["sholder"])
     with pytest.raises(amontons.InputError, match="give several names"):
         sim.gravity_compensation(joints="shoulder")
+    with pytest.raises(amontons.InputError, match="a name is array"):
+        sim.gravity_compensation(joints=[np.zeros(2)])
+    with pytest.raises(amontons.InputError, match="give a list"):
+        sim.gravity_compensation(joints=3)
     model = replace(sim.model)
     assert Simulation(model).gravity_compensation(joints=["shoulder", "elbow"]) == pytest.approx(
         sim.gravity_compensation()
