@@ -123,6 +123,7 @@ docs: .venv/.docs
 # Pictures of the concepts and of all scenes, which the pages show.
 figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/concept_figures.py
+	@MPLBACKEND=Agg $(BIN)/python tools/law_figures.py
 	@$(BIN)/python tools/diagrams.py
 	@$(BIN)/python tools/gallery.py
 

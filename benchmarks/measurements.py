@@ -1,4 +1,5 @@
-"""Measurements and results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances.
+"""Measurements and results of others beside ours: tosses, Adams, impacts, a damper, masonry, clearances,
+a four-bar linkage.
 
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
@@ -14,7 +15,7 @@ from typing import Any
 
 import report_measured
 from common import RESULTS, arguments, with_folders, write_csv
-from measured import adams, clearances, damper, impacts, masonry, tosses
+from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
 
 Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -24,6 +25,7 @@ PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
     "damper": ("friction_damper", damper.rows),
     "masonry": ("masonry", masonry.rows),
     "clearances": ("siconos", clearances.rows),
+    "four_bar": ("siconos", four_bar.rows),
 }
 """By name: a folder of DATA/measured, and the function that makes rows of it."""
 

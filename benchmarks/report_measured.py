@@ -143,9 +143,18 @@ def clearances(rows: Rows) -> str:
     return table(tuple(keys.values()), [[short(r[key], 4) for key in keys] for r in rows])
 
 
+def four_bar(rows: Rows) -> str:
+    keys = {
+        "step_ms": "step (ms)", "rms_crank_mrad": "crank (mrad)", "rms_coupler_mrad": "coupler (mrad)",
+        "rms_rocker_mrad": "rocker (mrad)", "largest_mrad": "largest (mrad)",
+        "deepest_mm": "deepest in a bearing (mm)",
+    }  # fmt: skip
+    return table(tuple(keys.values()), [[short(r[key]) for key in keys] for r in rows])
+
+
 TABLES = {
     "tosses": tosses, "adams": adams, "impacts": impacts, "damper": damper, "masonry": masonry,
-    "clearances": clearances,
+    "clearances": clearances, "four_bar": four_bar,
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-#include "amontons/base/budget.hpp"
+#include "amontons/base/leave.hpp"
 #include "amontons/solvers/first_order/device_layout.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"

@@ -170,7 +170,8 @@ void bind_problem(nb::module_& m) {
           "A view; not to be written.")
       .def_prop_ro("has_moments", &has_moments, "Whether a contact has moments, over its length.")
       .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
-      .def("operator_arrays", &operator_arrays, "Arguments of amontons.Contacts or amontons.Factored.")
+      .def("operator_arrays", &operator_arrays,
+           "Arguments of amontons.Contacts or amontons.Factored, or the matrix of a step with trees.")
       .def_prop_ro(
           "preconditioner",
           [](const Problem& p) {

@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "amontons/base/budget.hpp"
+#include "amontons/base/interrupt.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -36,7 +36,7 @@ auto patiently(Work&& work) {
   decltype(work()) result;
   {
     nb::gil_scoped_release release;
-    const Budget budget(infinity, [] {
+    const Interrupt interrupt([] {
       nb::gil_scoped_acquire gil;
       return PyErr_CheckSignals() != 0;
     });
@@ -95,6 +95,8 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.ball_impulses, saved.ball_impulses);
   copy(state.coupling_impulses, saved.coupling_impulses);
   copy(state.tendon_impulses, saved.tendon_impulses);
+  copy(state.dof_slips, saved.dof_slips);
+  copy(state.rub_impulses, saved.rub_impulses);
   copy(state.controls, saved.controls);
   copy(state.activations, saved.activations);
   copy(state.actuator_impulses, saved.actuator_impulses);
@@ -244,6 +246,7 @@ void bind_views(nb::class_<Simulation>& cls) {
   def_view<&State::ball_impulses>(cls, "ball_impulses");
   def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
   def_view<&State::tendon_impulses>(cls, "tendon_impulses");
+  def_vector_view<&State::rub_impulses>(cls, "rub_impulses");
   def_vector_view<&State::controls>(cls, "controls");
   def_vector_view<&State::activations>(cls, "activations");
   def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");

@@ -39,19 +39,20 @@ void set_entries(std::vector<double>& values, const Vector& given, const char* n
   std::copy_n(given.data(), values.size(), values.data());
 }
 
-// The data of the last contacts that a step reads: geoms, the point on A, impulse and angular impulse.
+// The data of the last contacts that a step reads: geoms, the point on A, impulse and angular impulse, slip.
 OutMatrix contact_rows(const State& state) {
   std::vector<double> out;
   for (const Contact& c : state.contacts) {
     out.insert(out.end(), {static_cast<double>(c.geom_a), static_cast<double>(c.geom_b)});
     for (const Vec3& v : {c.local, c.impulse, c.angular_impulse}) out.insert(out.end(), {v.x, v.y, v.z});
+    out.push_back(c.state == ContactState::slip ? norm(c.slip) : 0);
   }
-  return to_numpy(std::move(out), 11);
+  return to_numpy(std::move(out), 12);
 }
 
 void set_contacts(State& state, const Model& model, const Matrix& rows) {
-  AMONTONS_REQUIRE(rows.shape(1) == 11 || rows.shape(1) == 8,
-                   "contacts must have eleven columns (eight before there were moments)");
+  AMONTONS_REQUIRE(rows.shape(1) == 12 || rows.shape(1) == 11 || rows.shape(1) == 8,
+                   "contacts must have twelve columns (eleven before there was slip, eight before moments)");
   const auto geoms = static_cast<double>(model.description().geoms.size());
   std::vector<Contact> contacts(rows.shape(0));
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -63,7 +64,12 @@ void set_contacts(State& state, const Model& model, const Matrix& rows) {
     c.geom_b = static_cast<Index>(rows(i, 1));
     c.local = {rows(i, 2), rows(i, 3), rows(i, 4)};
     c.impulse = {rows(i, 5), rows(i, 6), rows(i, 7)};
-    if (rows.shape(1) == 11) c.angular_impulse = {rows(i, 8), rows(i, 9), rows(i, 10)};
+    if (rows.shape(1) > 8) c.angular_impulse = {rows(i, 8), rows(i, 9), rows(i, 10)};
+    // The direction of the slip is not read.
+    if (rows.shape(1) > 11 && rows(i, 11) > 0) {
+      c.slip = {rows(i, 11), 0, 0};
+      c.state = ContactState::slip;
+    }
   }
   state.contacts = std::move(contacts);
 }
@@ -89,6 +95,8 @@ nb::dict arrays_of_state(const State& s) {
   d["coupling_impulses"] = to_numpy(s.coupling_impulses);
   d["tendon_impulses"] = rows_of(s.tendon_impulses);
   d["controls"] = to_numpy(s.controls);
+  d["dof_slips"] = to_numpy(s.dof_slips);
+  d["rub_impulses"] = to_numpy(s.rub_impulses);
   d["activations"] = to_numpy(s.activations);
   d["actuator_impulses"] = to_numpy(s.actuator_impulses);
   return d;
@@ -139,6 +147,11 @@ State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t 
     set_entries(s.activations, vector_of(d, "activations"), "activations");
     set_entries(s.actuator_impulses, vector_of(d, "actuator_impulses"), "actuator_impulses");
   }
+  // Missing in files from before dry friction had a static value, and ropes friction on pulleys.
+  if (!s.dof_slips.empty() && d.contains("dof_slips"))
+    set_entries(s.dof_slips, vector_of(d, "dof_slips"), "dof_slips");
+  if (!s.rub_impulses.empty() && d.contains("rub_impulses"))
+    set_entries(s.rub_impulses, vector_of(d, "rub_impulses"), "rub_impulses");
   validate(model, s);
   return s;
 }

@@ -3,7 +3,6 @@
 #include <type_traits>
 
 #include "amontons/multibody/joints/actuators.hpp"
-#include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/kinematics/dynamics.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "bindings.hpp"
@@ -103,25 +102,13 @@ OutBytes table_of_efforts(const Simulation& simulation) {
   return rows.take();
 }
 
-// Length and rate of each line in the present state.
-template <auto Lines>
-std::vector<LineState> lines_of(const Simulation& s) {
-  BodyFrames frames;
-  BodyMobilities mobility;
-  BodyVelocities velocities;
-  place_bodies(s.model(), s.state(), frames, mobility, velocities);
-  State state = s.state();
-  update_coordinates(s.model(), frames, state);
-  return Lines(s.model(), frames, velocities, state);
-}
-
 // TENDONS. The spring of a tendon is passive.
 OutBytes table_of_tendons(const Simulation& simulation) {
   const Simulation& s = idle(simulation);
   const double time = acting_time(s);
   TableBytes rows;
   Index tendon = 0;
-  for (const LineState& line : lines_of<&tendon_lines>(s)) {
+  for (const LineState& line : tendon_lines(s.model(), s.state())) {
     const TendonImpulse& t = s.state().tendon_impulses[tendon];
     rows.add(tendon++, line.length, line.rate, t.passive / time + t.spring / time, t.friction / time,
              t.limit / time);
@@ -135,7 +122,7 @@ OutBytes table_of_actuators(const Simulation& simulation) {
   const State& state = s.state();
   TableBytes rows;
   Index a = 0;
-  for (const LineState& line : lines_of<&actuator_lines>(s)) {
+  for (const LineState& line : actuator_lines(s.model(), s.state())) {
     rows.add(a, state.controls[a], state.activations[a], line.length, line.rate,
              state.actuator_impulses[a] / acting_time(s));
     ++a;

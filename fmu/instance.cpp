@@ -27,6 +27,9 @@ constexpr std::pair<const char*, Kind> kinds[] = {
     {"reaction", Kind::reaction},
     {"contacts", Kind::contacts},
     {"contact_force", Kind::contact_force},
+    {"sensor", Kind::sensor},
+    {"effort", Kind::effort},
+    {"actuator", Kind::actuator},
     {"began", Kind::began},
     {"ended", Kind::ended},
     {"missed", Kind::missed},
@@ -96,7 +99,7 @@ Kind kind_of(const std::string& name) {
   throw InputError("fmu.json: there is no kind of variable \"" + name + "\"");
 }
 
-// How many entries of a kind there are, and how many parts each has.
+// How many entries of a kind there are, and how many parts each has. Sensors differ in their parts.
 std::pair<std::size_t, std::size_t> size_of(Kind kind, const Simulation& s, std::size_t frames) {
   switch (kind) {
     case Kind::control:
@@ -115,6 +118,10 @@ std::pair<std::size_t, std::size_t> size_of(Kind kind, const Simulation& s, std:
       return {s.model().joints(), 6};
     case Kind::contact_force:
       return {s.model().bodies(), 3};
+    case Kind::effort:
+      return {s.model().dofs(), 4};
+    case Kind::actuator:
+      return {s.model().description().actuators.size(), 1};
     default:
       return {1, 1};
   }
@@ -137,10 +144,16 @@ Instance::Instance(const std::filesystem::path& resources)
                        "fmu.json: a frame names a body that the model has not");
       frames_.push_back({body, {{p[0], p[1], p[2]}, {r[0], r[1], r[2], r[3]}}});
     }
+    sensors_ =
+        read_sensors(given.value("sensors", Json::array()), given.value("volumes", Json()), simulation_);
     for (const Json& v : given.at("variables")) {
       const Variable read{kind_of(v.at(0).get<std::string>()), v.at(1).get<std::size_t>(),
                           v.at(2).get<std::size_t>()};
-      const auto [entries, parts] = size_of(read.kind, simulation_, frames_.size());
+      auto [entries, parts] = size_of(read.kind, simulation_, frames_.size());
+      if (read.kind == Kind::sensor) {
+        entries = sensors_.size();
+        parts = read.index < entries ? sensors_[read.index].size : 0;
+      }
       AMONTONS_REQUIRE(read.index < entries && read.part < parts,
                        "fmu.json: a variable names a part that the model has not");
       variables_.push_back(read);
@@ -174,6 +187,22 @@ bool Instance::is_integer(std::uint32_t reference) const {
 double Instance::coordinate(const Variable& v) const {
   if (coordinates_.q.empty()) coordinates_ = read_coordinates(simulation_.tree(), simulation_.state());
   return (v.kind == Kind::q ? coordinates_.q : coordinates_.qd)[v.index];
+}
+
+double Instance::effort(const Variable& v) const {
+  const State& s = simulation_.state();
+  const double time = s.impulse_step > 0 ? s.impulse_step : 1.0;
+  if (v.kind == Kind::actuator) return s.actuator_impulses[v.index] / time;
+  const DofImpulse& impulse = s.dof_impulses[v.index];
+  if (v.part > 0) return std::array{impulse.passive, impulse.friction, impulse.limit}[v.part - 1] / time;
+  // The impulse of an actuator is along its length.
+  double motor = impulse.motor;
+  const Model& model = simulation_.model();
+  for (Index a : model.actuators_of_dof(v.index)) {
+    const auto k = static_cast<std::size_t>(a);
+    motor += model.description().actuators[k].transmission.gear * s.actuator_impulses[k];
+  }
+  return motor / time;
 }
 
 double Instance::of_frame(const Frame& frame, std::size_t part) const {
@@ -214,6 +243,11 @@ double Instance::value(std::uint32_t reference) const {
       return record_.loads[6 * v.index + v.part];
     case Kind::contact_force:
       return record_.loads[6 * simulation_.model().joints() + 3 * v.index + v.part];
+    case Kind::sensor:
+      return record_.loads[first_sensor() + sensors_[v.index].first + v.part];
+    case Kind::effort:
+    case Kind::actuator:
+      return effort(v);
     case Kind::contacts:
       return record_.contacts;
     case Kind::began:
@@ -295,7 +329,8 @@ void Instance::note_step(const Report& report) {
 
 void Instance::note_loads() {
   const std::size_t joints = simulation_.model().joints(), bodies = simulation_.model().bodies();
-  record_.loads.assign(6 * joints + 3 * bodies, 0.0);
+  record_.loads.assign(first_sensor() + values_of(sensors_), 0.0);
+  read_all(simulation_, sensors_, record_.loads.data() + first_sensor());
   const double step = simulation_.state().impulse_step;
   if (!(step > 0)) return;
   const auto& reactions = simulation_.joint_reactions();

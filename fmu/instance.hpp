@@ -8,6 +8,7 @@
 
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/multibody/step/simulation.hpp"
+#include "sensors.hpp"
 
 // An instance of a functional mock-up unit: a simulation, and the variables by which others see it. The two
 // versions of the interface, fmi2.cpp and fmi3.cpp, share it.
@@ -24,6 +25,9 @@ enum class Kind : unsigned char {
   frame,          // of a site or body: position, quaternion, linear and angular velocity; parts 0 to 12
   reaction,       // of a joint, on A: force, torque; parts 0 to 5; mean of the last step
   contact_force,  // on a body, parts 0 to 2; mean of the last step
+  sensor,         // parts are its values; sensors.hpp
+  effort,         // along a dof: of motor, spring and damper, friction, limit, parts 0 to 3; mean of the step
+  actuator,       // effort of an actuator; mean of the last step
   contacts,       // number of contacts of the last step
   began,          // pairs of geoms that began to touch since the start
   ended,          // pairs that ceased to touch
@@ -45,7 +49,8 @@ struct Frame {
 struct Record {
   std::int32_t contacts = 0, began = 0, ended = 0, missed = 0;
   std::vector<GeomPair> touching;  // in the last step, sorted
-  // Of the last step: force and torque of the reaction of each joint, then the contact force on each body.
+  // Of the last step: force and torque of the reaction of each joint, then the contact force on each body,
+  // then the values of all sensors.
   std::vector<double> loads;
 };
 
@@ -89,12 +94,18 @@ class Instance {
   const Variable& variable(std::uint32_t reference) const;
   double of_frame(const Frame& frame, std::size_t part) const;
   double coordinate(const Variable& variable) const;
+  double effort(const Variable& variable) const;
+  // Where the values of sensors begin in the loads of a Record.
+  std::size_t first_sensor() const {
+    return 6 * simulation_.model().joints() + 3 * simulation_.model().bodies();
+  }
   void note_step(const Report& report);
   void note_loads();
 
   Simulation simulation_;
   std::vector<Variable> variables_;
   std::vector<Frame> frames_;
+  std::vector<Sensor> sensors_;
   State start_;
   Record record_;
   mutable Coordinates coordinates_;  // of the present state; empty: not yet asked for

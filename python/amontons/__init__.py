@@ -73,6 +73,7 @@ from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Friction as Friction
 from .problem.cones import Interval as Interval
 from .problem.cones import NonNegative as NonNegative
+from .problem.cones import PlanarFriction as PlanarFriction
 from .problem.cones import RollingFriction as RollingFriction
 from .problem.iterate import Iterate as Iterate
 from .problem.operators import Contacts as Contacts

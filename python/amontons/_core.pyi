@@ -121,7 +121,9 @@ class Problem:
         """The sets in row order: (name, count, parameters ...)."""
 
     def operator_arrays(self) -> dict:
-        """Arguments of amontons.Contacts or amontons.Factored."""
+        """
+        Arguments of amontons.Contacts or amontons.Factored, or the matrix of a step with trees.
+        """
 
     @property
     def preconditioner(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
@@ -559,6 +561,18 @@ class Material:
     @rolling_friction.setter
     def rolling_friction(self, arg: float, /) -> None: ...
 
+    @property
+    def friction_static(self) -> float: ...
+
+    @friction_static.setter
+    def friction_static(self, arg: float, /) -> None: ...
+
+    @property
+    def stribeck_speed(self) -> float: ...
+
+    @stribeck_speed.setter
+    def stribeck_speed(self, arg: float, /) -> None: ...
+
 class Body:
     def __init__(self) -> None: ...
 
@@ -801,6 +815,18 @@ class Dof:
     def friction(self, arg: float, /) -> None: ...
 
     @property
+    def friction_static(self) -> float: ...
+
+    @friction_static.setter
+    def friction_static(self, arg: float, /) -> None: ...
+
+    @property
+    def stribeck_speed(self) -> float: ...
+
+    @stribeck_speed.setter
+    def stribeck_speed(self, arg: float, /) -> None: ...
+
+    @property
     def armature(self) -> float: ...
 
     @armature.setter
@@ -935,6 +961,30 @@ class Joint:
     @closes_loop.setter
     def closes_loop(self, arg: bool, /) -> None: ...
 
+    @property
+    def play(self) -> float: ...
+
+    @play.setter
+    def play(self, arg: float, /) -> None: ...
+
+    @property
+    def play_length(self) -> float: ...
+
+    @play_length.setter
+    def play_length(self, arg: float, /) -> None: ...
+
+    @property
+    def journal_radius(self) -> float: ...
+
+    @journal_radius.setter
+    def journal_radius(self, arg: float, /) -> None: ...
+
+    @property
+    def play_friction(self) -> float: ...
+
+    @play_friction.setter
+    def play_friction(self, arg: float, /) -> None: ...
+
 class Coupling:
     def __init__(self) -> None: ...
 
@@ -991,6 +1041,12 @@ class Coupling:
 
     @tendon_b.setter
     def tendon_b(self, arg: int, /) -> None: ...
+
+    @property
+    def backlash(self) -> float: ...
+
+    @backlash.setter
+    def backlash(self, arg: float, /) -> None: ...
 
 class Fluid:
     def __init__(self) -> None: ...
@@ -1100,6 +1156,18 @@ class PathElement:
     @divisor.setter
     def divisor(self, arg: float, /) -> None: ...
 
+    @property
+    def friction(self) -> float: ...
+
+    @friction.setter
+    def friction(self, arg: float, /) -> None: ...
+
+    @property
+    def turns(self) -> float: ...
+
+    @turns.setter
+    def turns(self, arg: float, /) -> None: ...
+
 class Tendon:
     def __init__(self) -> None: ...
 
@@ -1168,6 +1236,12 @@ class Tendon:
 
     @armature.setter
     def armature(self, arg: float, /) -> None: ...
+
+    @property
+    def closed(self) -> bool: ...
+
+    @closed.setter
+    def closed(self, arg: bool, /) -> None: ...
 
 class Transmission:
     def __init__(self) -> None: ...
@@ -1794,6 +1868,9 @@ class Simulation:
 
     @property
     def tendon_impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
+
+    @property
+    def rub_impulses(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
     def controls(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...

@@ -56,6 +56,7 @@ class Collector {
       t.y[k] = std::round(at.y * grid) / grid;
       t.nearness[k] = at.z;
     }
+    // All corners beyond one side of the picture: nothing of the triangle is inside.
     const auto outside = [](const double (&v)[3], int end) {
       return (v[0] < 0 && v[1] < 0 && v[2] < 0) || (v[0] > end && v[1] > end && v[2] > end);
     };

@@ -54,6 +54,7 @@ Box lit(const PictureScene& scene, std::span<const Transform> bodies, const Proj
     const double radius = reach * std::max({s.x, s.y, s.z});
     const Vec3 view = picture.view(middle);
     if (view.z > picture.nearest()) continue;
+    // Things beside the picture throw shadows into it, in general from no farther than its own size.
     const Vec3 seen = picture.screen(view);
     const bool beside = seen.x < -picture.width() || seen.x > 2 * picture.width() ||
                         seen.y < -picture.height() || seen.y > 2 * picture.height();
@@ -92,6 +93,7 @@ PictureCamera framing(PictureCamera camera, const Box& box, int texels) {
 Shadows::Shadows(const PictureScene& scene, std::span<const Transform> bodies, const Projection& picture,
                  const Vec3& light, int texels, unsigned threads)
     : camera_(towards(light)), projection_(camera_), light_(light) {
+  // The map covers what can be seen and what can throw a shadow on it, so that its texels are small.
   const Box box = lit(scene, bodies, picture, projection_);
   empty_ = !(box.low.x <= box.high.x);
   if (empty_) return;
@@ -111,6 +113,8 @@ Shadows::Shadows(const PictureScene& scene, std::span<const Transform> bodies, c
   for (Map& map : maps_) find_blocks(map);
 }
 
+// The nearest depth of each block of texels and of the texels around it. A point that is nearer to the light
+// than its block needs no filter: most of a picture is lit, so most points cost one comparison.
 void Shadows::find_blocks(Map& map) const {
   const int across = (columns_ + block - 1) / block, up = (rows_ + block - 1) / block;
   map.blocks.assign(static_cast<std::size_t>(across) * up, -std::numeric_limits<float>::infinity());

@@ -211,6 +211,20 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
   for (std::size_t i = 0; i < A.jacobian.size(); ++i) add(A.compliance[i], A.jacobian[i]);
 }
 
+// The half rows of n rows of D on the same bodies, one behind the other.
+template <std::size_t n>
+void append_half(const Linkage& trees, const std::array<JacobianRow, n>& rows, HalfRows& half) {
+  static thread_local std::vector<std::array<double, n>> y;
+  static thread_local std::vector<Index> support;
+  y.resize(trees.coordinates());
+  trees.half_solve(rows, y.data(), support);
+  for (std::size_t r = 0; r < n; ++r) {
+    half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
+    for (const Index k : support) half.value.push_back(y[k][r]);
+    half.first.push_back(half.value.size());
+  }
+}
+
 }  // namespace
 
 // Made with the problem, because P and the matrix of an island both need these rows. The three rows of a
@@ -221,33 +235,16 @@ void ContactSystem::renew() {
   half.value.clear();
   if (!constrained || !constrained->linkage) return;
   const Linkage& trees = *constrained->linkage;
-  static thread_local std::vector<double> y;
-  static thread_local std::vector<Index> support;
-  y.resize(trees.coordinates());
   half.first.push_back(0);
-  const auto append = [&](const JacobianRow& row) {
-    trees.half_solve(row, y.data(), support);
-    half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
-    for (const Index k : support) half.value.push_back(y[k]);
-    half.first.push_back(half.value.size());
-  };
-  static thread_local std::vector<std::array<double, 3>> y_of_contact;
-  y_of_contact.resize(trees.coordinates());
   for (const Contact& c : contacts) {
     const ContactBasis basis(c);
-    if (c.rows != 3) {
-      for (int k = 0; k < c.rows; ++k) append(jacobian_row(c, basis, k));
-      continue;
-    }
-    trees.half_solve({jacobian_row(c, basis, 0), jacobian_row(c, basis, 1), jacobian_row(c, basis, 2)},
-                     y_of_contact.data(), support);
-    for (std::size_t k = 0; k < 3; ++k) {
-      half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
-      for (const Index i : support) half.value.push_back(y_of_contact[i][k]);
-      half.first.push_back(half.value.size());
-    }
+    const auto row = [&](int k) { return jacobian_row(c, basis, k); };
+    if (c.rows == 3)
+      append_half<3>(trees, {row(0), row(1), row(2)}, half);
+    else
+      for (int k = 0; k < c.rows; ++k) append_half<1>(trees, {row(k)}, half);
   }
-  for (const JacobianRow& row : jacobian) append(row);
+  for (const JacobianRow& row : jacobian) append_half<1>(trees, {row}, half);
 }
 
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit

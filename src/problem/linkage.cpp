@@ -122,27 +122,21 @@ void Linkage::move(double* w) const {
   spread(along.data(), w);
 }
 
-namespace {
-
-// Entries of several rows at one coordinate.
-template <std::size_t n>
-using Entries = std::array<double, n>;
-
 // Upwards from both bodies. At a common ancestor the wrenches add. Those of a row between bodies of one tree
 // cancel there. L^-T still carries the entries below to the ancestors: forces between two links of a robot
 // move its base.
 //
 // Rows of one contact go the same way, and share every step on it and every entry of L.
 template <std::size_t n>
-void half_solve_rows(const Linkage& trees, const JacobianRow* row, Entries<n>* y,
-                     std::vector<Index>& support) {
+void Linkage::half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
+                         std::vector<Index>& support) const {
   support.clear();
-  const Index ia = trees.place_of(row->body_a), ib = trees.place_of(row->body_b);
-  Index a = ia < 0 ? -1 : trees.last[ia], b = ib < 0 ? -1 : trees.last[ib];
+  const Index ia = place_of(row[0].body_a), ib = place_of(row[0].body_b);
+  Index a = ia < 0 ? -1 : last[ia], b = ib < 0 ? -1 : last[ib];
   std::array<Six, n> on_a{}, on_b{};
   for (std::size_t r = 0; r < n; ++r) {
-    if (a >= 0) on_a[r] = at_reference(row[r].a, trees.arm[ia]);
-    if (b >= 0) on_b[r] = at_reference(row[r].b, trees.arm[ib]);
+    if (a >= 0) on_a[r] = at_reference(row[r].a, arm[ia]);
+    if (b >= 0) on_b[r] = at_reference(row[r].b, arm[ib]);
   }
   while (a >= 0 || b >= 0) {
     if (a == b) {
@@ -153,37 +147,31 @@ void half_solve_rows(const Linkage& trees, const JacobianRow* row, Entries<n>* y
     const std::array<Six, n>& on = a > b ? on_a : on_b;
     Index& k = a > b ? a : b;
     support.push_back(k);
-    for (std::size_t r = 0; r < n; ++r) y[k][r] = power(trees.column[k], on[r].data());
-    k = trees.parent[k];
+    for (std::size_t r = 0; r < n; ++r) y[k][r] = power(column[k], on[r].data());
+    k = parent[k];
   }
   for (const Index k : support) {
-    const double* L = &trees.rows[trees.first[k]] + 1;
-    Entries<n>& own = y[k];
-    for (Index above = trees.parent[k]; above >= 0; above = trees.parent[above], ++L)
+    const double* L = &rows[first[k]] + 1;
+    std::array<double, n>& own = y[k];
+    for (Index above = parent[k]; above >= 0; above = parent[above], ++L)
       for (std::size_t r = 0; r < n; ++r) y[above][r] -= *L * own[r];
-    for (double& entry : own) entry *= trees.inverse_root[k];
+    for (double& entry : own) entry *= inverse_root[k];
   }
 }
 
-}  // namespace
-
-void Linkage::half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const {
-  half_solve_rows(*this, &row, reinterpret_cast<Entries<1>*>(y), support);
-}
-
-void Linkage::half_solve(const std::array<JacobianRow, 3>& three, std::array<double, 3>* y,
-                         std::vector<Index>& support) const {
-  half_solve_rows(*this, three.data(), y, support);
-}
+template void Linkage::half_solve(const std::array<JacobianRow, 1>&, std::array<double, 1>*,
+                                  std::vector<Index>&) const;
+template void Linkage::half_solve(const std::array<JacobianRow, 3>&, std::array<double, 3>*,
+                                  std::vector<Index>&) const;
 
 // row J M^-1 J' row' = |D^-1/2 L^-T (row J)'|^2.
 double Linkage::inverse_mass(const JacobianRow& row) const {
-  static thread_local std::vector<double> y;
+  static thread_local std::vector<std::array<double, 1>> y;
   static thread_local std::vector<Index> support;
   y.resize(coordinates());
-  half_solve(row, y.data(), support);
+  half_solve<1>({row}, y.data(), support);
   double sum = 0;
-  for (const Index k : support) sum += y[k] * y[k];
+  for (const Index k : support) sum += y[k][0] * y[k][0];
   return sum;
 }
 

@@ -8,6 +8,7 @@
 
 #include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
+#include "amontons/base/interrupt.hpp"
 
 namespace amontons {
 
@@ -30,12 +31,12 @@ constexpr std::array<std::pair<std::string_view, Method>, 11> methods{{
 }};
 
 // Time for the work after the last iteration (s), which the deadline includes: products and natural maps of
-// the whole problem; at most a tenth of the deadline.
-double ending(const Problem& problem, double deadline) {
-  // Time of that work (s per block), and its limit (relative to the deadline).
+// the whole problem; at most a tenth of `time`.
+double ending(const Problem& problem, double time) {
+  // Time of that work (s per block), and its limit (relative to the time of the solve).
   constexpr double per_block = 2e-7, most = 0.1;
-  if (!std::isfinite(deadline)) return 0;
-  return std::min(per_block * static_cast<double>(problem.K.blocks()), most * deadline);
+  if (!std::isfinite(time)) return 0;
+  return std::min(per_block * static_cast<double>(problem.K.blocks()), most * time);
 }
 
 // Whether the method is written over Iterate. Other methods, some of which call these, stay on the processor.
@@ -64,15 +65,21 @@ Method find_method(std::string_view name) {
 }
 
 Solution solve(const Problem& problem, std::string_view method, const Options& options) {
+  Budget whole;
+  return solve(problem, method, options, whole);
+}
+
+Solution solve(const Problem& problem, std::string_view method, const Options& options, Budget& whole) {
   const Method run = find_method(method);
   validate(options, problem);
-  Options in_time = options;
-  in_time.deadline -= ending(problem, options.deadline);
-  if (!has_passes(method)) in_time.iterates = nullptr;
-  const Budget budget(in_time.deadline, options.interrupted);
+  const Interrupt interrupt(options.interrupted);
+  const double time = std::min(options.deadline, whole.left());
+  Budget budget(whole, time - ending(problem, time));
+  Options own = options;
+  if (!has_passes(method)) own.iterates = nullptr;
   // Only these need no more of A than products; `auto` knows trees.
-  if (has_trees(problem) && !has_passes(method)) return run(as_matrix(problem), in_time);
-  return run(problem, in_time);
+  if (has_trees(problem) && !has_passes(method)) return run(as_matrix(problem), own, budget);
+  return run(problem, own, budget);
 }
 
 }  // namespace amontons

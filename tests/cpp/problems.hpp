@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/problem/problem.hpp"
 #include "random.hpp"
 
@@ -14,6 +15,9 @@ namespace small {
 
 using namespace amontons;
 using Vector = std::vector<double>;
+
+// For methods that are called directly.
+inline Budget no_limit;
 
 struct Case {
   std::string name;

@@ -136,9 +136,9 @@ TEST(elimination_does_not_allocate) {
     options.law = law;
     Elimination memory;
     Solution s;
-    CHECK(memory.solve(p, options, s));
+    CHECK(memory.solve(p, options, small::no_limit, s));
     const std::size_t before = allocations;
-    CHECK(memory.solve(p, options, s));
+    CHECK(memory.solve(p, options, small::no_limit, s));
     CHECK(allocations == before);
   }
 }

@@ -1,9 +1,12 @@
 // How long work may last, and what is left of it that ends early.
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <thread>
 
 #include "amontons/base/budget.hpp"
+#include "amontons/base/interrupt.hpp"
+#include "amontons/base/leave.hpp"
 #include "amontons/solvers/linear/block_cholesky.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
@@ -16,8 +19,8 @@ namespace {
 constexpr double forever = std::numeric_limits<double>::infinity();
 
 void spin(double seconds) {
-  const auto end = Budget::Clock::now() + std::chrono::duration<double>(seconds);
-  while (Budget::Clock::now() < end) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end) {
   }
 }
 
@@ -36,56 +39,65 @@ BlockCholesky dense(int n) {
 
 }  // namespace
 
-// Breaks when an inner limit outlives its scope, a looser one replaces a tighter one, or work without any
-// limit is late.
-TEST(limits_nest) {
-  CHECK(!Budget::late() && !Budget::interrupted() && Budget::left() == forever);
-  const Budget outer(100);
-  {
-    const Budget loose(1000);
-    CHECK(Budget::left() < 100.1);
-    const Budget tight(1e-9);
-    CHECK(Budget::late() && Budget::left() == 0);
-  }
-  CHECK(!Budget::late() && Budget::left() > 50);
-  const Budget endless(forever);
-  CHECK(Budget::left() < 100.1);
+// Breaks when a part may last longer than the whole, or a budget without a limit is late.
+TEST(parts_end_with_the_whole) {
+  Budget endless;
+  CHECK(!endless.late() && endless.left() == forever && endless.work_left() == forever);
+  Budget whole(100);
+  Budget loose(whole, 1000), tight(whole, 1e-9);
+  CHECK(loose.left() < 100.1 && tight.late() && tight.left() == 0);
+  CHECK(!whole.late() && whole.left() > 50 && whole.ends_within(101));
+  Budget rest(whole, forever);
+  CHECK(rest.left() < 100.1);
 }
 
-// Breaks when a wish to stop is asked for at every look, forgotten, not heard by inner work, or heard by
+// Breaks when the whole does not pay for its parts, or a part may spend more than the whole has.
+TEST(the_whole_pays) {
+  Budget whole(forever, 100);
+  {
+    Budget part(whole, forever, 30);
+    part.spend(20);
+    CHECK(part.work_left() == 10 && whole.work_left() == 80);
+    part.spend(20);
+    CHECK(part.exhausted() && !whole.exhausted() && whole.work_left() == 60);
+  }
+  Budget looser(whole, forever, 1e9);
+  CHECK(looser.work_left() == 60);
+  whole.limit_work(5);
+  CHECK(looser.work_left() == 5);
+}
+
+// Breaks when a request to stop is asked for at every look, forgotten, not heard by inner work, or heard by
 // another thread.
-TEST(wishes_to_stop_stay) {
+TEST(requests_to_stop_stay) {
   int asked = 0;
   {
-    const Budget outer(forever, [&] { return ++asked == 2; });
-    for (int i = 0; i < 1000; ++i) CHECK(!Budget::interrupted());
+    const Interrupt outer([&] { return ++asked == 2; });
+    for (int i = 0; i < 1000; ++i) CHECK(!Interrupt::requested());
     CHECK(asked == 0);
     spin(0.025);
-    CHECK(!Budget::interrupted() && asked == 1);
+    CHECK(!Interrupt::requested() && asked == 1);
     spin(0.025);
-    const Budget inner(forever);
-    CHECK(Budget::interrupted() && asked == 2);
+    const Interrupt inner({});
+    CHECK(Interrupt::requested() && asked == 2);
     spin(0.025);
-    CHECK(Budget::interrupted() && asked == 2);
+    CHECK(Interrupt::requested() && asked == 2);
     bool elsewhere = true;
-    std::thread([&] { elsewhere = Budget::interrupted(); }).join();
+    std::thread([&] { elsewhere = Interrupt::requested(); }).join();
     CHECK(!elsewhere);
   }
-  CHECK(!Budget::interrupted());
+  CHECK(!Interrupt::requested());
 }
 
 // Breaks when work is left where nobody takes care of it, or is not where it is late or would be.
 TEST(left_only_where_caught) {
-  Budget::leave_if_due(1e9);
-  {
-    const Budget late(1e-9);
-    Budget::leave_if_due();
-  }
-  const Budget caught(10, {}, Budget::Catches::yes);
-  Budget::leave_if_due(1);
+  leave_if_due(1e9);
+  const Budget some(10);
+  const LeaveScope scope(some);
+  leave_if_due(1);
   bool left = false;
   try {
-    Budget::leave_if_due(20);
+    leave_if_due(20);
   } catch (const LeftEarly& early) {
     left = !early.interrupted;
   }
@@ -98,13 +110,15 @@ TEST(left_only_where_caught) {
 TEST(factorisation_in_pieces) {
   BlockCholesky watched = dense(700);
   {
-    const Budget some(100, {}, Budget::Catches::yes);
+    const Budget some(100);
+    const LeaveScope scope(some);
     CHECK(watched.factor() == 0);
   }
   BlockCholesky left = dense(700);
   bool early = false;
   try {
-    const Budget none(1e-9, {}, Budget::Catches::yes);
+    const Budget none(1e-9);
+    const LeaveScope scope(none);
     left.factor();
   } catch (const LeftEarly&) {
     early = true;
@@ -124,27 +138,22 @@ TEST(factorisation_in_pieces) {
   for (double x : rhs) CHECK_NEAR(x, 1.0, 1e-9);
 }
 
-// Breaks when work is not counted, by iterations or by factorisations, a scope forgets what an inner one
-// spent, or an inner scope may spend more than the outer one has.
+// Breaks when a method does not count its work, by iterations or by factorisations.
 TEST(work_is_limited) {
-  CHECK(Budget::work_left() == forever && !Budget::exhausted());
   const Problem problem = small::stack(12);
   const double product = static_cast<double>(problem.K.blocks()) + 16;
   for (const char* method :
        {"apgd", "p-spg-fb", "gauss-seidel", "jacobi", "newton", "interior-point", "auto"}) {
-    const Budget outer(forever, {}, Budget::Catches::no, 1e9);
-    const Budget inner(forever, {}, Budget::Catches::no, 40 * product);
+    Budget whole(forever, 40 * product);
     Options options;
     options.law = Law::associated;
     options.tolerance = 0;
     options.max_iterations = 100000;
-    const Solution s = solve(problem, method, options);
+    const Solution s = solve(problem, method, options, whole);
     CHECK(s.status == Status::iteration_limit || s.status == Status::stalled);
-    CHECK(Budget::exhausted());
+    CHECK(whole.exhausted());
     // The last iteration of a method may be one of several products, or factor.
     CHECK(s.products < 40 + 100 && s.factorizations < 20);
-    const Budget looser(forever, {}, Budget::Catches::no, 1e9);
-    CHECK(Budget::exhausted());
   }
 }
 

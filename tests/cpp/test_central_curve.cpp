@@ -76,13 +76,13 @@ bool ends(const Reduction::Island& island, Law law) {
 
 // The same of the interior point for many rows.
 bool large_path_ends(const Reduction::Island& island,
-                     std::unique_ptr<Run> (*start)(const Problem&, const Options&)) {
+                     std::unique_ptr<Run> (*start)(const Problem&, const Options&, Budget&)) {
   const Problem problem =
       trusted_problem(DenseOperator{island.W, island.rows(), nullptr}, island.q, island.K);
   Options options;
   options.law = Law::coulomb;
   options.tolerance = 1e-5;
-  const std::unique_ptr<Run> run = start(problem, options);
+  const std::unique_ptr<Run> run = start(problem, options, small::no_limit);
   run->advance(100);
   return run->best_residual() <= options.tolerance;
 }

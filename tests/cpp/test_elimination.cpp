@@ -225,7 +225,7 @@ TEST(elimination_solves_the_same_problem) {
       options.law = law;
       options.tolerance = 1e-10;
       Elimination memory;  // as in a step: a problem by itself might go another way
-      const Solution direct = automatic(c.problem, options, memory);
+      const Solution direct = automatic(c.problem, options, small::no_limit, memory);
       const bool linear = c.problem.K.all_bilateral();
       const Solution whole = solve(c.problem, linear ? "cg" : "newton", options);
       if (direct.status != Status::converged || direct.method != "elimination")
@@ -247,7 +247,7 @@ TEST(a_direct_solve_knows_that_it_fell_short) {
       options.law = law;
       options.max_iterations = 1;
       Solution s;
-      CHECK(memory.solve(c.problem, options, s));
+      CHECK(memory.solve(c.problem, options, small::no_limit, s));
       CHECK(memory.fell_short() == (s.status != Status::converged));
       short_of += memory.fell_short();
     }
@@ -282,7 +282,7 @@ TEST(contacts_that_jam_are_solved) {
     options.law = Law::coulomb;
     Elimination memory;
     Solution s;
-    CHECK(memory.solve(p, options, s));
+    CHECK(memory.solve(p, options, small::no_limit, s));
     solved += s.status == Status::converged;
   }
   CHECK(solved >= 95);
@@ -311,7 +311,7 @@ TEST(light_bodies_between_heavy_ones) {
     options.law = law;
     options.tolerance = 1e-9;
     Elimination memory;
-    const Solution s = automatic(p, options, memory);
+    const Solution s = automatic(p, options, small::no_limit, memory);
     CHECK(s.status == Status::converged && s.method == "elimination");
   }
 }
@@ -336,7 +336,8 @@ TEST(memory_of_elimination_does_not_tell) {
     for (const small::Case& c : cases) {
       Elimination fresh;
       Solution a, b;
-      CHECK(memory.solve(c.problem, {}, a) && fresh.solve(c.problem, {}, b));
+      CHECK(memory.solve(c.problem, {}, small::no_limit, a) &&
+            fresh.solve(c.problem, {}, small::no_limit, b));
       CHECK(a.x == b.x && a.residual == b.residual);
     }
 }
@@ -345,8 +346,8 @@ TEST(memory_of_elimination_does_not_tell) {
 TEST(elimination_knows_its_limits) {
   Elimination memory;
   Solution s;
-  CHECK(!memory.solve(small::as_callback(small::stack(2)), {}, s));
-  CHECK(!memory.solve(small::stack(40), {}, s));  // 480 rows that touch each other
+  CHECK(!memory.solve(small::as_callback(small::stack(2)), {}, small::no_limit, s));
+  CHECK(!memory.solve(small::stack(40), {}, small::no_limit, s));  // 480 rows that touch each other
   CHECK(solve(small::stack(40), "auto", {}).status == Status::converged);
 }
 
@@ -440,7 +441,7 @@ TEST(constrained_runs_solve_the_whole) {
         Options options;
         options.law = law;
         options.tolerance = 1e-6;
-        const Solution s = complete(constrained.start(starter, options));
+        const Solution s = complete(constrained.start(starter, options, small::no_limit));
         CHECK(s.status == Status::converged && s.residual <= 1e-6);
         CHECK_NEAR(s.residual, residual(c.problem, law, s.x), 1e-14);
         const Solution whole = solve(c.problem, "newton", options);
@@ -455,8 +456,8 @@ TEST(elimination_keeps_its_memory) {
   Elimination memory;
   Solution s;
   const Problem p = walker(true, true, 1e-6);
-  CHECK(memory.solve(p, {}, s));
+  CHECK(memory.solve(p, {}, small::no_limit, s));
   const double *x = s.x.data(), *u = s.u.data();
-  CHECK(memory.solve(p, {}, s));
+  CHECK(memory.solve(p, {}, small::no_limit, s));
   CHECK(s.x.data() == x && s.u.data() == u);
 }

@@ -1,4 +1,5 @@
-// Elliptic and rolling friction: projection, natural map, face, De Saxce term and barrier of the sets.
+// Elliptic, rolling and planar friction: projection, natural map, face, De Saxce term and barrier of the
+// sets.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -27,13 +28,14 @@ void for_each_set(unsigned seed, int count, F&& f) {
   }
 }
 
-// All four sets.
+// All five sets.
 template <class F>
 void for_all(F&& f) {
   f.template operator()<EllipticFriction<3>>();
   f.template operator()<EllipticFriction<4>>();
   f.template operator()<EllipticFriction<6>>();
   f.template operator()<RollingFriction>();
+  f.template operator()<PlanarFriction>();
 }
 
 double norm(const double* x, int n) {
@@ -64,6 +66,10 @@ double outside(const EllipticFriction<n>& set, const double* x) {
       dead += std::abs(x[k]);
   }
   return outside_cone(x[0], std::sqrt(gauge), norm(x + 1, n - 1)) + dead + std::max(0.0, -x[0]);
+}
+double outside(const PlanarFriction& set, const double* x) {
+  const double size = std::abs(x[1]), below = std::max(0.0, -x[0]);
+  return below + (set.mu > 0 ? outside_cone(x[0], size / set.mu, size) : size);
 }
 double outside(const RollingFriction& set, const double* x) {
   double sum = std::max(0.0, -x[0]);
@@ -258,5 +264,6 @@ TEST(bad_friction_sets_are_named) {
   CHECK_THROWS(K.add(EllipticFriction<4>{0.1, 0.2, -1}), "torsion of elliptic friction cone 0");
   CHECK_THROWS(K.add(EllipticFriction<6>{0.1, NAN, 0, 0, 0}), "mu along tangent 2");
   CHECK_THROWS(K.add(RollingFriction{0.1, INFINITY}), "rolling friction cone 0");
+  CHECK_THROWS(K.add(PlanarFriction{-0.1}), "mu of planar friction cone 0");
   CHECK(K.rows() == 0);
 }

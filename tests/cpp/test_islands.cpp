@@ -10,6 +10,7 @@
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
+#include "problems.hpp"
 
 using namespace amontons;
 
@@ -49,12 +50,12 @@ Problem stacks_on_a_floor(int stacks) {
 // What each group of islands is given, in the order in which they are solved.
 struct Share {
   std::size_t blocks;
-  double work, deadline;
+  double work, time;
 };
 std::vector<Share> shares;
 
-Solution note_the_share(const Problem& problem, const Options& options) {
-  shares.push_back({problem.K.blocks(), Budget::work_left(), options.deadline});
+Solution note_the_share(const Problem& problem, const Options&, Budget& budget) {
+  shares.push_back({problem.K.blocks(), budget.work_left(), budget.left()});
   Solution s;
   s.x.assign(problem.rows(), 0.0);
   return s;
@@ -70,15 +71,14 @@ TEST(small_islands_get_enough) {
   shares.clear();
   Options options;
   options.law = Law::associated;
-  options.deadline = 100;
   constexpr double work = 1e9;
-  const Budget limit(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no, work);
-  solve_by_islands(problem, options, note_the_share);
+  Budget budget(100, work);
+  solve_by_islands(problem, options, budget, note_the_share);
   CHECK(shares.size() > 2);
   CHECK(shares.front().blocks == 17);  // twelve contacts, five rows of the hinge
   CHECK(shares.front().blocks * 20 < problem.K.blocks());
   const double least = 0.5 / static_cast<double>(shares.size());
-  CHECK(shares.front().work >= 0.99 * least * work && shares.front().deadline >= 0.9 * least * 100);
+  CHECK(shares.front().work >= 0.99 * least * work && shares.front().time >= 0.9 * least * 100);
   for (std::size_t i = 1; i < shares.size(); ++i) CHECK(shares[i - 1].blocks <= shares[i].blocks);
   CHECK(shares.back().work >= 0.99 * work);  // nothing was spent
 }
@@ -92,8 +92,8 @@ TEST(islands_agree_with_the_whole) {
     Options options;
     options.law = Law::associated;
     options.tolerance = 1e-10;
-    const Solution whole = interior_point(problem, options),
-                   parts = solve_by_islands(problem, options, interior_point);
+    const Solution whole = interior_point(problem, options, small::no_limit),
+                   parts = solve_by_islands(problem, options, small::no_limit, interior_point);
     CHECK(whole.status == Status::converged && parts.status == Status::converged);
     CHECK(residual(problem, Law::associated, parts.x) <= 1e-10);
     double largest = 0;
@@ -110,7 +110,7 @@ TEST(islands_keep_the_law) {
   Options options;
   options.law = Law::coulomb;
   options.tolerance = 1e-8;
-  const Solution s = automatic(problem, options);
+  const Solution s = automatic(problem, options, small::no_limit);
   CHECK(s.status == Status::converged);
   CHECK(residual(problem, Law::coulomb, s.x) <= 1e-8);
   CHECK(residual(problem, Law::associated, s.x) > 1e-3);  // they slide: the laws differ
@@ -123,9 +123,9 @@ TEST(islands_start_warm) {
   Options options;
   options.law = Law::associated;
   options.tolerance = 1e-8;
-  const Solution first = solve_by_islands(problem, options, apgd);
+  const Solution first = solve_by_islands(problem, options, small::no_limit, apgd);
   options.x0 = first.x;
-  const Solution again = solve_by_islands(problem, options, apgd);
+  const Solution again = solve_by_islands(problem, options, small::no_limit, apgd);
   CHECK(first.iterations > 0 && again.iterations == 0);
   CHECK(again.status == Status::converged);
 }

@@ -6,6 +6,7 @@
 #include "check.hpp"
 #include "multibody/step/light_body_error.hpp"
 #include "multibody/step/step_sums.hpp"
+#include "problems.hpp"
 
 using namespace amontons;
 
@@ -54,7 +55,7 @@ TEST(light_body_is_seen) {
   Options options;
   options.law = Law::coulomb;
   options.tolerance = finer;
-  const Solution held = automatic(problem, options);
+  const Solution held = automatic(problem, options, small::no_limit);
   CHECK(held.status == Status::converged);
   CHECK(std::abs(held.u[3]) < 0.05);
   CHECK(!(tolerance_for_light_bodies(problem, Law::coulomb, held, {1}, 1e-3) < 1e-3));

@@ -174,8 +174,8 @@ TEST(a_run_in_turns_is_the_same_as_one) {
   Options options;
   options.law = Law::associated;
   options.tolerance = 1e-9;
-  const Solution whole = apgd(p, options);
-  const auto run = start_apgd(p, options);
+  const Solution whole = apgd(p, options, small::no_limit);
+  const auto run = start_apgd(p, options, small::no_limit);
   while (!run->advance(7)) {
   }
   const Solution parts = run->finish();

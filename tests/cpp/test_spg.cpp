@@ -85,7 +85,7 @@ TEST(literal_spg_takes_the_steps_of_the_paper) {
         options.max_iterations = 25;
         options.spg.memory = memory;
         options.spg.alpha_max = alpha_max;
-        const auto found = spg_literal(c.problem, options).history;
+        const auto found = spg_literal(c.problem, options, small::no_limit).history;
         const auto expected = spg_of_the_paper(c.problem, options.spg, 25);
         double scale = 0;
         for (const IterationRecord& r : expected) scale = std::max(scale, std::abs(r.objective));
@@ -139,7 +139,7 @@ TEST(spg_is_near_krylov_on_bilateral_problems) {
   Options options;
   options.law = Law::associated;
   options.tolerance = 1e-3;
-  const Solution krylov = cg(p, options);
+  const Solution krylov = cg(p, options, small::no_limit);
   for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal"}) {
     const Solution s = solve(p, method, options);
     CHECK(s.status == Status::converged);

@@ -78,8 +78,12 @@ struct Stages {
   Observed observed;
   StepProblem posed;
   Solved solved;
-  StepSolver solver{
-      .simulation = options, .clock = clock, .elimination = elimination, .sums = sums, .fastest = {g * h, 0}};
+  StepSolver solver{.simulation = options,
+                    .clock = clock,
+                    .budget = &clock.budget,
+                    .elimination = elimination,
+                    .sums = sums,
+                    .fastest = {g * h, 0}};
 
   explicit Stages(const ModelDescription& d)
       : model(std::make_shared<const Model>(d)),

@@ -132,14 +132,28 @@ TEST(half_rows_multiply_to_the_mobility_of_rows) {
       for (const auto& [body, j] : {std::pair(a.body_a, a.a), std::pair(a.body_b, a.b)})
         if (place(body) >= 0)
           for (std::size_t c = 0; c < 6; ++c) direct += j[c] * w[6 * place(body) + c];
-      std::vector<double> ya(linkage.coordinates()), yb(linkage.coordinates());
+      std::vector<std::array<double, 1>> ya(linkage.coordinates()), yb(linkage.coordinates());
       std::vector<Index> sa, sb;
-      linkage.half_solve(a, ya.data(), sa);
-      linkage.half_solve(b, yb.data(), sb);
+      linkage.half_solve<1>({a}, ya.data(), sa);
+      linkage.half_solve<1>({b}, yb.data(), sb);
       double halves = 0;
-      for (const Index k : sa) halves += ya[k] * yb[k];
+      for (const Index k : sa) halves += ya[k][0] * yb[k][0];
       CHECK_NEAR(halves, direct, 1e-12);
     }
+  // Rows of a contact, made together, are those made one by one, to the bit.
+  for (const JacobianRow& a : rows) {
+    const std::array<JacobianRow, 3> three{
+        {a, {a.body_a, a.body_b, wrench(), wrench()}, {a.body_a, a.body_b, wrench(), wrench()}}};
+    std::vector<std::array<double, 3>> y(linkage.coordinates());
+    std::vector<Index> support, same;
+    linkage.half_solve(three, y.data(), support);
+    for (std::size_t r = 0; r < 3; ++r) {
+      std::vector<std::array<double, 1>> alone(linkage.coordinates());
+      linkage.half_solve<1>({three[r]}, alone.data(), same);
+      CHECK(same == support);
+      for (const Index k : support) CHECK(alone[k][0] == y[k][r]);
+    }
+  }
 }
 
 // M q'' + c = 0 at the mean of the rates before and after, up to h^2: the momentum balance over displacements

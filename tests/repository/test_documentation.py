@@ -6,6 +6,7 @@ from pathlib import Path
 import check_docs
 import gallery
 import pytest
+import recipes
 from amontons import scenes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,6 +67,24 @@ def test_example_runs(tmp_path, monkeypatch, capsys, example):
     runpy.run_path(str(example), run_name="__main__")
     assert capsys.readouterr().out
     assert len(example.read_text().splitlines()) < 60
+
+
+# Breaks when a recipe misses its closed form, no longer runs, or is not on the page with its picture.
+@pytest.mark.parametrize("name", recipes.EYES)
+def test_recipe_runs(monkeypatch, capsys, name):
+    program = recipes.FOLDER / f"{name}.py"
+    if name in ("bowl", "mug", "gripper_mug", "geneva"):
+        pytest.importorskip("coacd")
+    monkeypatch.syspath_prepend(str(recipes.FOLDER))
+    runpy.run_path(str(program), run_name="__main__")
+    assert capsys.readouterr().out
+    assert len(program.read_text().splitlines()) < 60
+    assert (recipes.PICTURES / f"{name}.png").exists()
+
+
+def test_recipes_are_on_their_page():
+    assert recipes.PAGE.read_text() == recipes.page()
+    assert {p.stem for p in recipes.FOLDER.glob("*.py")} - {"solids"} == set(recipes.EYES)
 
 
 def faults_of(root):

@@ -20,7 +20,7 @@ def measured(root, monkeypatch):
     pytest.importorskip("rich")
     before = set(sys.modules)
     import measured
-    from measured import adams, adams_files, clearances, damper, impacts, masonry, tosses  # noqa: F401
+    from measured import adams, adams_files, clearances, damper, four_bar, impacts, masonry, tosses  # noqa: F401
 
     yield measured
     for name in set(sys.modules) - before:
@@ -326,3 +326,23 @@ def test_slider_crank_with_clearance(measured, tmp_path):
     assert np.abs(found["places"][:, 2]).max() < 1.01 * measured.clearances.CLEARANCE
     assert found["touches"] > 0
     assert np.diff(found["energies"]).max() < 1e-6 * found["energies"][0]
+
+
+# Breaks when the linkage is not the one that the controller knows, or a bearing lets its journal out.
+def test_four_bar_with_clearances_follows_its_controller(measured):
+    bars = measured.four_bar
+    crank = 0.5 * math.pi
+    coupler, rocker = bars.closed(crank)
+    ends = [length * np.exp(1j * a) for length, a in zip((1, 4, 2.5), (crank, coupler, rocker), strict=True)]
+    assert abs(ends[0] + ends[1] - 3 - ends[2]) < 1e-12  # it closes
+    middles = [ends[0] + ends[1] / 2, ends[2] / 2]
+    poses = np.array([crank, coupler, rocker, *(x for z in middles for x in (z.real, z.imag))])
+    found = bars.run(poses, 1e-3, 1.0, 0.05)
+    wanted = [bars.wanted(0.05 * k)[0] for k in range(1, 21)]
+    assert np.abs(found["angles"][4:, 0] - wanted[4:]).max() < 0.2  # from 1.6 rad at the start
+    assert found["places"].max() < 1.05 * bars.PLAY
+    # Three clearances shift coupler and rocker by more, the more parallel both are.
+    for angle, *others in found["angles"]:
+        coupler, rocker = bars.closed(angle)
+        least = 3 * bars.PLAY / (2.5 * abs(math.sin(coupler - rocker)))
+        assert np.abs(np.array(others) - (coupler, rocker)).max() < 1.1 * least

@@ -8,7 +8,7 @@ import amontons
 def every_part() -> amontons.Model:
     """A model with a value that is no default in every field of every part."""
     builder = amontons.ModelBuilder(gravity=(0.1, 0.2, -3), friction_rule="minimum")
-    rubber = amontons.Material(0.7, 0.1, 1e-6, 0.02, 1e-3, 0.4, 0.003, 0.002)
+    rubber = amontons.Material(0.7, 0.1, 1e-6, 0.02, 1e-3, 0.4, 0.003, 0.002, 0.9, 0.05)
     tetrahedron = ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
     shapes = amontons.shapes
     builder.add_floor()
@@ -46,7 +46,8 @@ def every_part() -> amontons.Model:
     builder.add_body("k", motion="kinematic", linear_velocity=(0, 0, 1), position=(0, 5, 5))
     builder.add_revolute_joint(
         "b0", "b1", point=(1, 0.5, 3), axis=(1, 1, 0), limits=(-1, None), stiffness=3, rest=0.1, damping=2,
-        friction=0.3, armature=0.01, motor=amontons.Motor("position", 0.2, 50, 10, 1), collide=True,
+        friction=0.3, friction_static=0.4, stribeck_speed=0.1,
+        armature=0.01, motor=amontons.Motor("position", 0.2, 50, 10, 1), collide=True,
         name="pin",
     )  # fmt: skip
     builder.add_ball_joint(
@@ -55,6 +56,34 @@ def every_part() -> amontons.Model:
     builder.add_distance_joint("b4", "b5", point_a=(8, 0.5, 3), point_b=(10, 0.5, 3), limits=(1, None))
     builder.add_prismatic_joint("b1", axis=(0, 0, 1), name="slide", compliance=1e-5)
     builder.add_coupling("pin", "slide", coefficients=(0.1, 2, 0.3), compliance=1e-4)
+    builder.add_revolute_joint(
+        "b4",
+        point=(8, 0.5, 3),
+        axis=(0, 0, 1),
+        play=0.01,
+        journal_radius=0.1,
+        play_friction=0.2,
+        name="shaft",
+    )
+    builder.add_prismatic_joint(
+        "b5",
+        axis=(0, 0, 1),
+        play=0.01,
+        play_length=0.3,
+        play_normal=(1, 0, 0),
+        play_friction=0.2,
+        name="guide",
+    )
+    builder.add_coupling("shaft", "slide", dof_a=2, backlash=0.02)
+    drum = amontons.PathElement(
+        "cylinder", "k", radius=0.1, friction=0.2, turns=1, side=(0, 5, 6), side_body="b0"
+    )
+    builder.add_tendon("rope", path=[("b2", (0, 0, 0)), drum, ("b3", (0, 0, 0))], limits=(None, 20))
+    wheels = [
+        amontons.PathElement("cylinder", body, amontons.Transform(at), 0.1, friction=0.3)
+        for body, at in (("k", (1, 0, 0)), (None, (3, 5, 5)))
+    ]
+    builder.add_tendon("belt", path=wheels, closed=True, stiffness=10, rest=3)
     builder.set_pair_material("geom4", "rock", rubber)
     builder.exclude("b0", "b4")
     return builder.build()

@@ -34,6 +34,9 @@ def conic_rows(cones):
         elif isinstance(cone, amontons.EllipticFriction):
             for i, mu in enumerate(np.stack(cone.parameters, axis=1)):
                 _add_cone(rows, sizes, at + cone.block * i, range(1, cone.block), mu)
+        elif isinstance(cone, amontons.PlanarFriction):
+            for i, mu in enumerate(cone.mu):
+                _add_cone(rows, sizes, at + 2 * i, (1,), [mu])
         elif isinstance(cone, amontons.RollingFriction):
             for i in range(cone.n):
                 _add_cone(rows, sizes, at + 5 * i, (1, 2), [cone.mu[i]] * 2)

@@ -1,68 +1,44 @@
 #pragma once
 #include <chrono>
-#include <cstddef>
-#include <functional>
 #include <limits>
 
 namespace amontons {
 
-// Limits of the work on this thread: a deadline, an amount of work, and an interrupt by the caller. Work is
-// counted and not timed, so that its limit does not make results depend on the clock. Its unit is one block
-// of a product with A, some 20 ns. A limit is set by a Budget on the stack. Long work checks the innermost
-// Budget, which includes the outer ones. So a factorisation within a solve within a step within a rollout
-// ends when the user presses Ctrl-C, and no function needs an argument for it.
+// Limits of work, passed by reference to all that shares them: a time, and an amount of work. Work is counted
+// and not timed, so that its limit does not make results depend on the clock. Its unit is one block of a
+// product with A, some 20 ns.
 //
-// A loop that keeps its best result checks late() or interrupted(). Work without intermediate results, such
-// as a factorisation, calls leave_if_due(), which throws LeftEarly to the enclosing loop.
+// A part of a budget ends no later than the whole, and the whole pays for what its parts spend.
 class Budget {
  public:
-  using Clock = std::chrono::steady_clock;
-  // Whether the loop that makes this Budget catches LeftEarly.
-  enum class Catches : bool { no, yes };
-  static constexpr double infinite_work = std::numeric_limits<double>::infinity();
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
   // Multiplications of dense kernels per unit of work.
   static constexpr double multiplications = 80;
 
-  // seconds, work: allowance from now on, may be infinite. interrupt: returns true to interrupt, which is
-  // permanent; it may be empty, or throw. It is called on this thread, at most every 20 ms.
-  explicit Budget(double seconds, std::function<bool()> interrupt = {}, Catches catches = Catches::no,
-                  double work = infinite_work);
-  ~Budget();
+  // seconds, work: allowance from now on.
+  explicit Budget(double seconds = unlimited, double work = unlimited);
+  // A part of `whole`, which must outlive it.
+  Budget(Budget& whole, double seconds, double work = unlimited);
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  static bool interrupted();
-  static bool late();
-  // Time left (s), infinite without a limit; not below zero.
-  static double left();
-  // For loops with short passes: reads the clock in one of some hundred calls, by the caller's counter
-  // `pass`.
-  static void leave_if_due_at(std::size_t pass) {
-    if (pass % 512 == 511) leave_if_due();
-  }
-  // Sets the work limit of the innermost scope from now on, if its amount is known only after the scope
-  // began.
-  static void limit_work(double work);
-  static void spend(double work);
-  static double work_left();
-  static bool exhausted() { return work_left() <= 0; }
-  // Throws LeftEarly if the work was interrupted, is late or would be late after `seconds` more. Does nothing
-  // without a loop that catches it.
-  static void leave_if_due(double seconds = 0);
+  // Time left (s), not below zero. Reads the clock only if there is a limit.
+  double left() const;
+  bool late() const { return ends_within(0); }
+  // Whether no time is left after `seconds` more.
+  bool ends_within(double seconds) const { return left() <= seconds; }
+  // Sets the limit of work from now on, where its amount is known only later.
+  void limit_work(double work) { work_ = work; }
+  void spend(double work);
+  double work_left() const;
+  bool exhausted() const { return work_left() <= 0; }
 
  private:
-  bool stop(Clock::time_point now);
+  using Clock = std::chrono::steady_clock;
 
-  Budget* outer_;
-  Clock::time_point end_, polled_at_;
-  std::function<bool()> interrupt_;
+  Budget* whole_ = nullptr;
+  Clock::time_point end_;
   double work_;
-  bool stopped_ = false, catches_;
-};
-
-// Thrown by work that ends before it is done.
-struct LeftEarly {
-  bool interrupted;  // otherwise late
 };
 
 }  // namespace amontons

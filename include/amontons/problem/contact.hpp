@@ -12,7 +12,7 @@ constexpr Index world = -1;  // as a body: the inertial frame
 
 // Properties of a surface; for a contact, those that follow from both surfaces.
 struct Material {
-  double friction = 0.5;          // Coulomb's mu, >= 0
+  double friction = 0.5;          // Coulomb's mu, >= 0; of a contact: that of this step
   double restitution = 0;         // e in [0, 1]: u_n^+ = -e u_n^-
   double compliance = 0;          // of one contact point, m/N, >= 0; 0: rigid
   double relaxation_time = 0;     // damping of a compliant contact over its stiffness, s, >= 0
@@ -20,6 +20,8 @@ struct Material {
   double friction_across = -1;    // mu across the friction direction; negative: equal in all directions
   double torsional_friction = 0;  // largest moment about the normal over the normal force, m
   double rolling_friction = 0;    // the same for moments in the tangent plane, m
+  double friction_static = -1;    // mu of a contact that stuck in the last step; negative: `friction`
+  double stribeck_speed = 0;      // slip at which mu has fallen towards `friction`, m/s; 0: at once
   constexpr bool operator==(const Material&) const = default;
 };
 

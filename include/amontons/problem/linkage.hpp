@@ -54,11 +54,11 @@ struct Linkage {
   void solve(double* along) const;
   // J M^-1 J' in place.
   void move(double* w) const;
-  // The nonzeros of y = D^-1/2 L^-T (row J)' for a row of D: D M^-1 D' has the entries y_i'y_j. `support`
-  // receives the coordinates with an entry, descending; other entries of y stay.
-  void half_solve(const JacobianRow& row, double* y, std::vector<Index>& support) const;
-  // The same for three rows on the same bodies.
-  void half_solve(const std::array<JacobianRow, 3>& three, std::array<double, 3>* y,
+  // The nonzeros of y = D^-1/2 L^-T (row J)' for n rows of D on the same bodies, n = 1 or 3. D M^-1 D' has
+  // the entries y_i'y_j. `support` receives the coordinates with an entry, descending; other entries of y, n
+  // per coordinate, stay.
+  template <std::size_t n>
+  void half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
                   std::vector<Index>& support) const;
   // The part of trees in D M^-1 D' of a row, |y|^2, and the row without bodies of trees.
   double inverse_mass(const JacobianRow& row) const;

@@ -26,5 +26,7 @@ Method find_method(std::string_view name);
 // Validates the options, then runs the method. The functions above do not validate theirs, because phases and
 // inner solves call them with validated options.
 Solution solve(const Problem&, std::string_view method, const Options&);
+// The same as a part of other work, whose budget it shares.
+Solution solve(const Problem&, std::string_view method, const Options&, Budget& whole);
 
 }  // namespace amontons

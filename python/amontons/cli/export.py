@@ -44,9 +44,11 @@ from .replays import (
 from .subject import (
     Budget,
     Choices,
+    Decompose,
     FloatingBase,
     KeyframeName,
     Law,
+    Loops,
     MaxIterations,
     Method,
     Name,
@@ -91,6 +93,8 @@ def export(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    decompose: Decompose = None,
+    loops: Loops = None,
     html: Html = None,
     png: Png = None,
     mp4: Mp4 = None,
@@ -112,12 +116,10 @@ def export(
 
     The exit code is 0 if the steps written converged, 1 if some did not, 2 for input that could not be used.
     """
-    given = {
-        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
-    }  # fmt: skip
+    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget,
+             "max_iterations": max_iterations, "threads": threads, "device": device}  # fmt: skip
     files = {"html": html, "png": png, "mp4": mp4, "gif": gif, "usd": usd, "csv": csv}
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         wanted = Wanted(files, times, size, fps, speed, view)
         if wanted.any:

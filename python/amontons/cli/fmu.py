@@ -10,9 +10,11 @@ import typer
 from .common import AsJson, one_line_errors, print_json, say
 from .subject import (
     Choices,
+    Decompose,
     FloatingBase,
     KeyframeName,
     Law,
+    Loops,
     Method,
     Name,
     Parameters,
@@ -51,6 +53,8 @@ def fmu(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    decompose: Decompose = None,
+    loops: Loops = None,
     as_json: AsJson = False,
 ) -> None:
     """Write a simulation as a functional mock-up unit for co-simulation, which runs without Python.
@@ -60,7 +64,7 @@ def fmu(
     from ..io import write_fmu
 
     given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance}
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         chosen = open_subject(subject, choices, given)
         write_fmu(chosen.simulation, output, inputs=inputs, outputs=outputs, fmi=fmi, wheels=wheels or ())

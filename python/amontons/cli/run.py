@@ -44,9 +44,11 @@ from .pictures import pictured
 from .subject import (
     Budget,
     Choices,
+    Decompose,
     FloatingBase,
     KeyframeName,
     Law,
+    Loops,
     MaxIterations,
     Method,
     Name,
@@ -107,6 +109,8 @@ def run(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    decompose: Decompose = None,
+    loops: Loops = None,
     record: Annotated[Path | None, typer.Option(help="File for states, contacts, reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Number of steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
@@ -131,11 +135,9 @@ def run(
     The exit code is 0 if all steps converged, 1 if some did not or the run ended early, 2 for input that
     could not be used.
     """
-    given = {
-        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
-    }  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget,
+             "max_iterations": max_iterations, "threads": threads, "device": device}  # fmt: skip
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         with notes():
             chosen = open_subject(subject, choices, given)

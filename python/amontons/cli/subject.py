@@ -58,6 +58,18 @@ SelfOverlaps = Annotated[
     bool,
     typer.Option("--self-overlaps", help="Keep contacts between links that overlap at the start."),
 ]
+Decompose = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|METRES",
+        help="Convex parts of meshes on bodies that move, in place of hulls: auto for an error of 1 % of "
+        "each mesh, or the error (m).",
+    ),
+]
+Loops = Annotated[
+    Path | None,
+    typer.Option(help="URDF only: YAML file of its extended form with the pairs that close loops."),
+]
 KeyframeName = Annotated[
     str | None, typer.Option("--keyframe", help="Name of the keyframe of the model to start from.")
 ]
@@ -105,6 +117,8 @@ class Choices:
     floating_base: bool | None = None
     keyframe: str | None = None
     self_overlaps: bool = False
+    decompose: str | None = None
+    loops: Path | None = None
 
 
 def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
@@ -145,6 +159,8 @@ def _require_model(name: str, choices: Choices) -> None:
         "--strict": choices.strict,
         "--floating-base": choices.floating_base is not None,
         "--self-overlaps": choices.self_overlaps,
+        "--decompose": choices.decompose is not None,
+        "--loops": choices.loops is not None,
         "--keyframe": choices.keyframe is not None,
     }
     for option in (option for option, given in wanted.items() if given):
@@ -161,6 +177,8 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
             strict=choices.strict,
             floating_base=choices.floating_base,
             self_overlaps=choices.self_overlaps,
+            decompose=_error_of_parts(choices.decompose),
+            loops=choices.loops,
         )
     values = dict(_key_and_text(setting) for setting in choices.settings)
     if (gravity := values.pop("gravity", None)) is not None:
@@ -177,6 +195,16 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
         simulation.apply_keyframe(choices.keyframe)
     _set_state(simulation, values)
     return Subject(path.stem, " ".join([str(path), *choices.settings]), simulation, DURATION)
+
+
+def _error_of_parts(text: str | None) -> bool | float:
+    """The value of --decompose for load_model."""
+    if text is None or text == "auto":
+        return text is not None
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--decompose {text}: give auto, or the error in m, as in 0.001") from None
 
 
 def falls_freely(model: Model) -> bool:

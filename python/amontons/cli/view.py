@@ -18,9 +18,11 @@ from .subject import (
     SAVED,
     Budget,
     Choices,
+    Decompose,
     FloatingBase,
     KeyframeName,
     Law,
+    Loops,
     MaxIterations,
     Method,
     Parameters,
@@ -74,6 +76,8 @@ def view(
     floating_base: FloatingBase = None,
     keyframe: KeyframeName = None,
     self_overlaps: SelfOverlaps = False,
+    decompose: Decompose = None,
+    loops: Loops = None,
 ) -> None:
     """Watch a scene, a model, a saved simulation or a recording in the browser, until Ctrl-C.
 
@@ -86,7 +90,7 @@ def view(
         "dt": dt, "law": law, "method": method, "tolerance": tolerance,
         "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
     }  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps)
+    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         if not 0 < speed < float("inf"):
             raise InputError(f"speed = {speed:g}; it must be positive and finite")

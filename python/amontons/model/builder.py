@@ -255,13 +255,14 @@ class ModelBuilder(PartBuilder):
         tendon_b: int | str | None = None,
         coefficients: Numbers = (0.0, 1.0),
         compliance: float = 0.0,
+        backlash: float = 0.0,
         name: str | None = None,
     ) -> int:
         """Couple two coordinates: coordinate a = c0 + c1 b + c2 b^2 ... of coordinate b.
 
         A coordinate is that of a joint's degree of freedom (dof_a, dof_b say which), or the length of a
         tendon. Neither joint_b nor tendon_b: coordinate a stays at coefficients[0]. compliance: m/N; 0 is
-        rigid.
+        rigid. backlash: free travel of coordinate a (m or rad), half of it on either side.
         """
         name = self._new_name("coupling", name)
         who = f'coupling "{name}"'
@@ -284,7 +285,7 @@ class ModelBuilder(PartBuilder):
             raise InputError(f"{who}: give the joint or tendon that follows")
         if (a, line_a) == (b, line_b) and (a == WORLD or dof_a == dof_b):
             raise InputError(f"{who} couples a coordinate to itself; give two joints")
-        coupling = Coupling(name, a, dof_a, b, dof_b, coefficients, compliance, line_a, line_b)  # type: ignore[arg-type]
+        coupling = Coupling(name, a, dof_a, b, dof_b, coefficients, compliance, line_a, line_b, backlash)  # type: ignore[arg-type]
         return self._append("coupling", self._couplings, coupling)
 
     def set_motor(self, joint: int | str, motor: Motor, *, dof: int = 0) -> None:

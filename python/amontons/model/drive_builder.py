@@ -39,6 +39,7 @@ class DriveBuilder(JointBuilder):
         damping: float = 0.0,
         friction: float = 0.0,
         armature: float = 0.0,
+        closed: bool = False,
     ) -> int:
         """Add a tendon and return its index.
 
@@ -49,6 +50,10 @@ class DriveBuilder(JointBuilder):
         limits: (lower, upper) of the length, None for no bound (m, or the unit of the coordinates).
         stiffness, rest: of a spring (N/m) without force at the length `rest`, or between two lengths.
         damping: N s/m. friction: largest force of dry friction (N). armature: inertia of the drive (kg).
+        closed: a belt around two parallel cylinders, the only elements of its path.
+
+        A rope rubs where a PathElement has friction. It then needs an upper limit, its length, or a stiffness
+        beyond its rest length, and nothing else acts along it. `Simulation.tensions` has its tensions.
         """
         name = self._new_name("tendon", name)
         who = f'tendon "{name}"'
@@ -68,6 +73,7 @@ class DriveBuilder(JointBuilder):
                 damping,
                 friction,
                 armature,
+                closed,
             )
         return self._append("tendon", self._tendons, tendon)
 

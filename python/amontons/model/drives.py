@@ -52,10 +52,15 @@ class PathElement:
     side_body: int | str | None = WORLD
     divisor: float = 1.0
     """of a pulley"""
+    friction: float = 0.0
+    """Coulomb's mu of the tendon on a point (an eye) or an obstacle (a drum, a sheave). The tensions before
+    and after it differ by at most the factor exp(friction angle), where the tendon turns by the angle"""
+    turns: float = 0.0
+    """of a cylinder: full turns of the tendon around it besides the way between its neighbours"""
 
     def __post_init__(self) -> None:
         chosen("kind of path element", self.kind, PATHS)
-        numbers(self, f"{self.kind}: ", "radius", "divisor")
+        numbers(self, f"{self.kind}: ", "radius", "divisor", "friction", "turns")
         if self.side is not None:
             fill(self, side=vector3("side", self.side))
 
@@ -84,11 +89,14 @@ class Tendon:
     """largest effort of dry friction (N, N m)"""
     armature: float = 0.0
     """inertia of the drive (kg, kg m^2)"""
+    closed: bool = False
+    """a belt: the path is two parallel cylinders, around the outside of which the tendon runs"""
 
     def __post_init__(self) -> None:
         who = named("tendon", self.name)
         fill(
             self,
+            closed=flag(who + "closed", self.closed),
             terms=tuple(sequence(who + "terms", self.terms)),
             path=tuple(sequence(who + "path", self.path)),
         )

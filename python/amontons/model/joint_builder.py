@@ -39,8 +39,9 @@ class JointBuilder(ABC):
     poses. Options of all joints: compliance of the locked directions (m/N, 0 is rigid), collide (whether the
     two bodies may touch; the shapes of the world may in any case), name. Options of each degree of freedom:
     limits (lower, upper), None for no bound; stiffness, rest, damping of a spring and damper; friction (the
-    largest force or torque of dry friction), armature (inertia of the drive), motor. A joint of several
-    degrees of freedom takes one value for all of them, or a sequence with one per degree of freedom.
+    largest force or torque of dry friction), armature (inertia of the drive), motor. The options
+    friction_static and stribeck_speed are as in `Material`. A joint of several degrees of freedom takes one
+    value for all of them, or a sequence with one per degree of freedom.
     """
 
     _bodies: list[Body]
@@ -69,10 +70,23 @@ class JointBuilder(ABC):
         *,
         point: Numbers,
         axis: Numbers,
+        play: float = 0.0,
+        journal_radius: float = 0.0,
+        play_friction: float = 0.0,
         **options: Unpack[DofOptions],
     ) -> int:
-        """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad)."""
+        """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad).
+
+        play: radial clearance (m) of a journal on A in a bearing on B, both about the axis. Coordinates 0 and
+        1 are then the place of the journal in its bearing (m), 2 is the angle, which has the options.
+        journal_radius: m. play_friction: mu between both.
+        """
         name = self._checked("add_revolute_joint", options, DofOptions)
+        fields = _play(name, play, journal_radius=journal_radius, play_friction=play_friction)
+        if fields:
+            hinge = dofs_of(name, [("hinge", Z)], options)
+            dofs = (Dof("slide", X), Dof("slide", Y), *hinge)
+            return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs, **fields)
         dofs = dofs_of(name, [("hinge", Z)], options)
         return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs)
 
@@ -83,13 +97,29 @@ class JointBuilder(ABC):
         *,
         axis: Numbers,
         point: Numbers | None = None,
+        play: float = 0.0,
+        play_length: float = 0.0,
+        play_friction: float = 0.0,
+        play_normal: Numbers | None = None,
         **options: Unpack[DofOptions],
     ) -> int:
         """A slide: A moves along the axis without turning; the coordinate is the displacement (m).
 
-        point: where reactions are reported, by default the origin of A.
+        point: where reactions are reported, by default the origin of A. play: clearance (m) on either side of
+        a slider of the length play_length (m) about `point`, in the plane with the normal play_normal.
+        Coordinate 0 is then the displacement, with the options, 1 that across (m), 2 the tilt (rad).
+        play_friction: mu between slider and guide.
         """
         name = self._checked("add_prismatic_joint", options, DofOptions)
+        fields = _play(name, play, play_length=play_length, play_friction=play_friction)
+        if fields:
+            slide = dofs_of(name, [("slide", X)], options)
+            if play_normal is None or not play_length:
+                raise InputError(f'joint "{name}": play needs play_length > 0 and play_normal')
+            along = unit_vector(f'joint "{name}": axis', axis)
+            rotation = _frame(along, unit_vector(f'joint "{name}": play_normal', play_normal), name)
+            dofs = (*slide, Dof("slide", Y), Dof("hinge", Z))
+            return self._add_framed(name, a, b, options, point, rotation, dofs, **fields)
         dofs = dofs_of(name, [("slide", Z)], options)
         return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs)
 
@@ -315,3 +345,23 @@ class JointBuilder(ABC):
 def _along(name: str, what: str, axis: Numbers) -> Quaternion:
     """The rotation of a frame whose third axis is the direction `axis` in the world."""
     return rotation_to_z(unit_vector(f'joint "{name}": {what}', axis))
+
+
+def _play(name: str, play: float, **more: float) -> dict[str, float]:
+    """The fields of a joint with play; none without."""
+    if play != 0:
+        return {"play": play, **more}
+    if given := [key for key, value in more.items() if value != 0]:
+        raise InputError(f'joint "{name}": {", ".join(given)} without play; give the clearance, as play=1e-4')
+    return {}
+
+
+def _frame(x: tuple[float, float, float], z: tuple[float, float, float], name: str) -> Quaternion:
+    """The rotation of a frame with these two perpendicular axes."""
+    if abs(dot(x, z)) > 1e-6:
+        raise InputError(f'joint "{name}": play_normal is not normal to the axis; give a perpendicular one')
+    turn = rotation_to_z(z)
+    first, y = rotate(turn, X), cross(z, x)
+    half = 0.5 * math.atan2(dot(first, y), dot(first, x))
+    about = Transform(rotation=(math.cos(half), 0.0, 0.0, -math.sin(half)))
+    return (Transform(rotation=turn) @ about).rotation

@@ -57,6 +57,10 @@ class DofOptions(JointOptions, total=False):
     """of a damper (N s/m or N m s/rad)"""
     friction: float
     """largest force or torque of dry friction (N or N m)"""
+    friction_static: float | None
+    """the same where it stuck (N or N m), >= friction"""
+    stribeck_speed: float
+    """rate at which dry friction has fallen from friction_static towards friction (m/s or rad/s)"""
     armature: float
     """inertia of the drive (kg or kg m^2)"""
     motor: Motor | None
@@ -73,6 +77,8 @@ class DofsOptions(JointOptions, total=False):
     rest: float | Numbers
     damping: float | Numbers
     friction: float | Numbers
+    friction_static: float | Numbers | None
+    stribeck_speed: float | Numbers
     armature: float | Numbers
     motor: Motor | Sequence[Motor | None] | None
 

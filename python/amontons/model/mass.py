@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,13 +34,16 @@ class MassProperties:
         inertia = factor * np.array(self.inertia)
         return MassProperties(factor * self.mass, self.centre_of_mass, as_matrix(inertia))
 
+    def _plain(self) -> tuple[float, Vector3, Matrix3]:
+        return (self.mass, self.centre_of_mass, self.inertia)
+
     def moved(self, frame: Transform) -> MassProperties:
         """The same solid seen from the parent of `frame`, in which it was given so far."""
-        return MassProperties.of(_core.moved_solid(astuple(self), (frame.position, frame.rotation)))
+        return MassProperties.of(_core.moved_solid(self._plain(), (frame.position, frame.rotation)))
 
     def __add__(self, other: MassProperties) -> MassProperties:
         """Both solids as one, by the parallel axis theorem."""
-        return MassProperties.of(_core.sum_of_solids(astuple(self), astuple(other)))
+        return MassProperties.of(_core.sum_of_solids(self._plain(), other._plain()))
 
 
 NOTHING = MassProperties(0.0, (0.0, 0.0, 0.0), ((0.0,) * 3,) * 3)

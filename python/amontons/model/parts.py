@@ -49,13 +49,23 @@ def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
         fill(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
 
 
+def require_static(what: str, kinetic: float, static: float | None) -> None:
+    """InputError if friction at rest is less than that in motion, which no surface has."""
+    if static is not None and static < kinetic:
+        raise InputError(
+            f"{what}friction_static is {static:g}, less than the friction {kinetic:g}; swap them, or leave "
+            "friction_static out"
+        )
+
+
 @guided
 @dataclass(frozen=True)
 class Material:
     """Contact properties of a surface.
 
-    Frictions of two surfaces combine by the model's rule; of restitutions, torsional and rolling frictions
-    the larger one holds; compliances and rest offsets add. docs/physics.md has the laws.
+    Frictions of two surfaces combine by the model's rule, static ones too; of restitutions, torsional and
+    rolling frictions and Stribeck speeds the larger one holds; compliances and rest offsets add.
+    docs/physics.md has the laws.
     """
 
     friction: float = 0.5
@@ -75,20 +85,27 @@ class Material:
     """largest moment about the normal over the normal force, of each contact point (m), >= 0"""
     rolling_friction: float = 0.0
     """largest moment in the tangent plane over the normal force, of each contact point (m), >= 0"""
+    friction_static: float | None = None
+    """mu of a contact that stuck in the last step, or is new, >= friction; None: `friction`"""
+    stribeck_speed: float = 0.0
+    """slip v_s (m/s) in mu = friction + (friction_static - friction) exp(-(v / v_s)^2) of a contact that
+    slipped with v in the last step; 0: mu falls to `friction` at once"""
 
     def __post_init__(self) -> None:
         limits = (
             "friction", "compliance", "relaxation_time", "rest_offset", "torsional_friction",
-            "rolling_friction",
+            "rolling_friction", "stribeck_speed",
         )  # fmt: skip
-        if self.friction_across is not None:
-            limits = (*limits, "friction_across")
+        for name in ("friction_across", "friction_static"):
+            if getattr(self, name) is not None:
+                limits = (*limits, name)
         numbers(self, "material: ", "restitution", *limits)
         for name in limits:
             if getattr(self, name) < 0:
                 raise InputError(f"material: {name} is {getattr(self, name):g}; it must not be negative")
         if not 0 <= self.restitution <= 1:
             raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
+        require_static("material: ", self.friction, self.friction_static)
 
 
 MOTOR_TERMS = {
@@ -166,6 +183,11 @@ class Dof:
     upper_effort: float = math.inf
     """bounds of the sum that actuators put on it, themselves or by fixed tendons, as far as their efforts do
     not depend on the motion (N, N m)"""
+    friction_static: float | None = None
+    """largest dry friction where it stuck in the last step (N or N m), >= friction; None: `friction`"""
+    stribeck_speed: float = 0.0
+    """rate (m/s or rad/s) at which dry friction has fallen towards `friction`, as in `Material`; 0: it falls
+    at once"""
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
@@ -174,7 +196,12 @@ class Dof:
         lower, upper = self.lower, self.upper
         if lower > upper:
             raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
-        numbers(self, "", "stiffness", "rest", "damping", "friction", "armature")
+        numbers(self, "", "stiffness", "rest", "damping", "friction", "armature", "stribeck_speed")
+        if self.friction_static is not None:
+            numbers(self, "", "friction_static")
+        require_static("", self.friction, self.friction_static)
+        if self.stribeck_speed < 0:
+            raise InputError(f"stribeck_speed is {self.stribeck_speed:g}; it must not be negative")
         if not isinstance(self.motor, Motor):
             raise InputError(f'motor is {shown(self.motor)}; give a Motor, as Motor("position", kp=100)')
 
@@ -316,6 +343,15 @@ class Joint:
     """whether the two bodies may touch each other"""
     closes_loop: bool = False
     """a condition between bodies that other joints place: never among `Simulation.q`"""
+    play: float = 0.0
+    """radial clearance of a journal in its bearing (m), 0: none. Its dofs are two slides and a hinge about
+    their normal"""
+    play_length: float = 0.0
+    """of a slider along its first slide (m): then `play` is its clearance on either side"""
+    journal_radius: float = 0.0
+    """lever of the friction of a journal (m)"""
+    play_friction: float = 0.0
+    """mu of the journal in its bearing, or of the slider in its guide"""
     link_a: int = field(default=OWN, metadata={"core": False})
     """the link of body A that it holds, an index of `Model.links`; OWN: none"""
     link_b: int = field(default=OWN, metadata={"core": False})
@@ -332,6 +368,7 @@ class Joint:
         )
         numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
         numbers(self, who, "lower_distance", "compliance")
+        numbers(self, who, "play", "play_length", "journal_radius", "play_friction")
         numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:
@@ -356,12 +393,14 @@ class Coupling:
     compliance: float = 0.0
     tendon_a: int = -1
     tendon_b: int = -1
+    backlash: float = 0.0
+    """free travel of coordinate a, half of it on either side (m or rad)"""
 
     def __post_init__(self) -> None:
         who = named("coupling", self.name)
         values = sequence(f"{who}coefficients", self.coefficients)
         fill(self, coefficients=entries(f"{who}coefficients", values, len(values)))
-        numbers(self, who, "compliance")
+        numbers(self, who, "compliance", "backlash")
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..checks import chosen, number, shown, suggestion
 from ..errors import InputError
 from .coordinates import coordinate_name, known
 from .mass import MassProperties, as_matrix
-from .parts import Body, Joint
+from .parts import Body, Joint, Material
 
 Model = Any
 """amontons.Model, which is made of what is here."""
@@ -180,13 +180,22 @@ def _write_gain(model: Model, draft: Draft, k: int, value: float) -> None:
     draft["joints"][joint] = replace(owner, dofs=(*owner.dofs[:dof], moved, *owner.dofs[dof + 1 :]))
 
 
+def material_with(material: Material, field: str, value: float) -> Material:
+    """A material with another number; static friction changes in proportion to `friction`."""
+    static = material.friction_static
+    if field == "friction" and static is not None:
+        static = value * static / material.friction if material.friction > 0 else max(value, static)
+        return replace(material, friction=value, friction_static=static)
+    return replace(material, **{field: value})
+
+
 def _of_geoms(field: str) -> tuple[Any, Any]:
     def read(model: Model, draft: Draft, k: int) -> float:
         return getattr(draft["geoms"][k].material, field)
 
     def write(model: Model, draft: Draft, k: int, value: float) -> None:
         geom = draft["geoms"][k]
-        draft["geoms"][k] = replace(geom, material=replace(geom.material, **{field: value}))
+        draft["geoms"][k] = replace(geom, material=material_with(geom.material, field, value))
 
     return read, write
 

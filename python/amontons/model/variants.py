@@ -12,7 +12,7 @@ from ..checks import shown
 from ..errors import InputError, ModelWarning
 from ..visible import visible
 from .parts import Material, PairMaterial
-from .quantities import LISTS, QUANTITIES, Draft, Model, checked, draft_of, places
+from .quantities import LISTS, QUANTITIES, Draft, Model, checked, draft_of, material_with, places
 
 RULES = {
     "geometric_mean": lambda a, b: sqrt(a * b),
@@ -112,7 +112,7 @@ def _follow(model: Model, draft: Draft, what: str, named: set[int], given: set[t
             value = new[one]
         else:
             own.append(f'("{model.geom_names[a]}", "{model.geom_names[b]}") {value:g}')
-        draft["pair_materials"][k] = replace(pair, material=replace(pair.material, **{what: value}))
+        draft["pair_materials"][k] = replace(pair, material=material_with(pair.material, what, value))
     if own:
         more = f" and {len(own) - 3} more" if len(own) > 3 else ""
         warnings.warn(
@@ -174,7 +174,7 @@ def _set_pairs(model: Model, draft: Draft, what: str, values: Mapping[tuple[int,
     for (a, b), value in values.items():
         if (a, b) in at:
             pair = draft["pair_materials"][at[a, b]]
-            changed = replace(pair, material=replace(pair.material, **{what: value}))
+            changed = replace(pair, material=material_with(pair.material, what, value))
             draft["pair_materials"][at[a, b]] = changed
         else:
             both = [draft["geoms"][k].material for k in (a, b)]
@@ -183,13 +183,15 @@ def _set_pairs(model: Model, draft: Draft, what: str, values: Mapping[tuple[int,
                     f'{what} of the pair "{model.geom_names[a]}", "{model.geom_names[b]}" depends on the '
                     "direction; give it by builder.set_pair_material"
                 )
-            material = replace(combined(model.friction_rule, *both), **{what: value})
+            material = material_with(combined(model.friction_rule, *both), what, value)
             draft["pair_materials"].append(PairMaterial(a, b, material))
 
 
 def combined(rule: str, a: Material, b: Material) -> Material:
     """The material of a pair without one of its own, as contacts combine it; friction_across is left out."""
     total = a.compliance + b.compliance
+    static = [m.friction if m.friction_static is None else m.friction_static for m in (a, b)]
+    has_static = any(m.friction_static is not None for m in (a, b))
     return Material(
         friction=RULES[rule](a.friction, b.friction),
         torsional_friction=max(a.torsional_friction, b.torsional_friction),
@@ -198,6 +200,8 @@ def combined(rule: str, a: Material, b: Material) -> Material:
         compliance=total,
         relaxation_time=(a.compliance * a.relaxation_time + b.compliance * b.relaxation_time) / (total or 1),
         rest_offset=a.rest_offset + b.rest_offset,
+        friction_static=RULES[rule](*static) if has_static else None,
+        stribeck_speed=max(a.stribeck_speed, b.stribeck_speed),
     )
 
 

@@ -312,7 +312,44 @@ class RollingFriction(Cone):
         return f"RollingFriction({told}n={self.n})"
 
 
-FRICTIONAL = (Friction, EllipticFriction, RollingFriction)
+@dataclass(frozen=True, eq=False, init=False)
+class PlanarFriction(Cone):
+    """Friction in one direction, {(n, t): |t| <= mu n}, two rows each in the order n, t.
+
+    It is that of a journal in its bearing, or of a rope on a pulley. Then n is half the sum and t half the
+    difference of both tensions, and mu = tanh(friction angle / 2).
+
+    mu: coefficients (dimensionless), one or (n,). n: number of places where mu is one number. Finite and not
+        negative, else InputError.
+    """
+
+    n: int
+    mu: Array
+    kind: ClassVar[str] = "planar"
+    moments: ClassVar[bool] = False
+
+    def __init__(self, mu: ArrayLike, *, n: int | None = None) -> None:
+        count, arrays = _per_contact("PlanarFriction", n, {"mu": (mu, 1)})
+        _core.SetProduct().add("planar", count, arrays)
+        object.__setattr__(self, "n", count)
+        object.__setattr__(self, "mu", frozen(arrays[0]))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of A that the cone covers, two each."""
+        return 2 * self.n
+
+    @property
+    def parameters(self) -> tuple[Array, ...]:
+        """mu"""
+        return (self.mu,)
+
+    def __repr__(self) -> str:
+        told = f"{_spread('mu', self.mu)}, " if self.n else ""
+        return f"PlanarFriction({told}n={self.n})"
+
+
+FRICTIONAL = (Friction, EllipticFriction, RollingFriction, PlanarFriction)
 _BY_NAME = {"bilateral": Bilateral, "nonnegative": NonNegative, "friction": Friction}
 
 
@@ -343,13 +380,13 @@ def normalise(cones: str | Cone | Iterable[Cone], rows: int, mu: ArrayLike | Non
         if not isinstance(cone, Cone):
             raise InputError(
                 f"cones[{i}] is a {type(cone).__name__}; it must be Bilateral, NonNegative, Interval, "
-                "Friction, EllipticFriction or RollingFriction"
+                "Friction, EllipticFriction, RollingFriction or PlanarFriction"
             )
     total = sum(cone.rows for cone in listed)
     if total != rows:
         raise InputError(
             f"the cones have {total} rows in all but A has {rows} (a friction cone takes three rows, "
-            "EllipticFriction three, four or six, RollingFriction five)"
+            "EllipticFriction three, four or six, RollingFriction five, PlanarFriction two)"
         )
     return _with_friction(listed, mu)
 
@@ -423,6 +460,8 @@ def _made(kind: str, count: int, parameters: Sequence[Any]) -> Cone:
             return Interval(*parameters)
         case "friction":
             return Friction(*parameters)
+        case "planar":
+            return PlanarFriction(*parameters)
         case "rolling":
             return RollingFriction(*parameters)
         case _:

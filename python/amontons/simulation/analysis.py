@@ -13,7 +13,7 @@ from ..checks import Array, Numbers, chosen, flag, integer, option, positive, qu
 from ..errors import InputError, StepWarning
 from ..model.model import Model
 from . import inverse_kinematics as ik
-from .derivative import Derivative, Held, derivative_of, limits_at_rest
+from .derivative import Derivative, Held, derivative_of, limits_at_rest, remembered_slips
 from .differences import CHANGE, INPUTS, held_change, placed
 from .events import ContactEvents, contact_events
 from .holding import held_by
@@ -206,5 +206,7 @@ class Analysis(Queries):
             unsound = f"the step was made in {report.substeps} parts"
         if resting := limits_at_rest(precise._core, self._model):
             unsound = f"{', '.join(resting[:3])} rests at a limit, which is held to both sides"
+        if slipping := remembered_slips(precise._core, self._model):
+            unsound = f"the friction of {', '.join(slipping[:3])} depends on the slip of the step before"
         held = Held(precise._core, self._model, core_options(precise.options))
         return derivative_of(held, self.dt, inputs, parameters, threads, unsound)

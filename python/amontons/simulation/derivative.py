@@ -152,6 +152,22 @@ def limits_at_rest(core: _core.Simulation, model: Model) -> list[str]:
     return found
 
 
+def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:
+    """Names of all that slipped in the last step with a friction that remembers its slip (Stribeck).
+
+    The slip is not among (q, qd), so that the derivative of two steps is not the product of theirs.
+    """
+    state, found = core.snapshot().arrays, []
+    for a, b, *_, slip in state["contacts"].tolist():
+        material = model.core.material(int(a), int(b))
+        if slip > 0 and material.friction_static >= 0 and material.stribeck_speed > 0:
+            found.append(model.geom_names[int(a)])
+    for k, (name, dof) in enumerate(degrees(model.joints)):
+        if dof.friction_static is not None and dof.stribeck_speed > 0 and state["dof_slips"][k] > 0:
+            found.append(name)
+    return list(dict.fromkeys(found))
+
+
 def _parameter_slope(held: Held, stepped: Stepped, name: str) -> Array:
     what, at = parameter(held.model, name)
     values = values_of(what, held.model, at)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..checks import Array
+from ..checks import Array, shown
+from ..errors import InputError
+from ..model.drives import Tendon
 from ..model.model import Model
 from ..model.parts import WORLD
 from .outcome import Table
@@ -117,3 +119,23 @@ def tendon_table(core: _core.Simulation) -> Table:
 
 def actuator_table(core: _core.Simulation) -> Table:
     return _core.actuator_rows(core).view(ACTUATORS)
+
+
+def tensions_of(model: Model, core: _core.Simulation, tendon: int | str) -> Array:
+    """See `Simulation.tensions`."""
+    index = model.tendon_index(tendon)
+    places = [_places(each) for each in model.tendons]
+    count = places[index]
+    if count == 0:
+        raise InputError(
+            f"tendon {shown(tendon)} has no friction on its path, so that it has one tension: read "
+            "tendon_efforts"
+        )
+    first = sum(places[:index])
+    half = core.rub_impulses.reshape(-1, 2)[first : first + count] / (core.impulse_step or 1.0)
+    # Both neighbours of a part see its tension; the earlier one is read.
+    return np.array([half[0, 0] + half[0, 1], *(half[:, 0] - half[:, 1])])
+
+
+def _places(tendon: Tendon) -> int:
+    return 1 if tendon.closed else sum(stop.friction > 0 for stop in tendon.path)

@@ -31,6 +31,7 @@ from .forces import (
     effort_table,
     reaction_table,
     tendon_table,
+    tensions_of,
 )
 from .loads import Loads
 from .options import core_options
@@ -378,6 +379,15 @@ class Simulation(Acting, Analysis):
         friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
         """
         return tendon_table(self._core)
+
+    def tensions(self, tendon: int | str) -> Array:
+        """Tensions (N) of the parts of a rope with friction on its path in the last step, (places + 1,).
+
+        The places are those of its path with friction, in their order; a belt has two parts. A tension is
+        positive where the rope pulls; a slack rope has none. InputError for a tendon without friction on its
+        path: `tendon_efforts` has its forces.
+        """
+        return tensions_of(self.model, self._core, tendon)
 
     @property
     def actuator_efforts(self) -> Table:

@@ -72,6 +72,8 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   c.geom_b = b;
   c.material = model.material(a, b);
   c.rows = rows_of(c.material);
+  // A new contact has not slipped yet.
+  if (c.material.friction_static >= 0) set_friction(model.material(a, b), 0, c);
   // The friction direction of the surface that has one.
   if (c.material.friction_across >= 0) {
     // It belongs to the geom with the second coefficient. A's counts if both have one, or if the pair has a

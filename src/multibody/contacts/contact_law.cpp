@@ -4,6 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "multibody/model/stribeck.hpp"
+
 namespace amontons {
 
 namespace {
@@ -50,6 +52,15 @@ int rows_of(const Material& m) {
   const bool elliptic = m.torsional_friction > 0 || is_anisotropic(m);
   if (!elliptic) return m.rolling_friction > 0 ? 5 : 3;
   return m.rolling_friction > 0 ? 6 : m.torsional_friction > 0 ? 4 : 3;
+}
+
+void set_friction(const Material& material, double slip, Contact& contact) {
+  Material& m = contact.material;
+  m.friction = friction_at(material.friction, material.friction_static, material.stribeck_speed, slip);
+  if (!is_anisotropic(material))
+    m.friction_across = material.friction_across >= 0 ? m.friction : -1;
+  else if (material.friction > 0)
+    m.friction_across = material.friction_across * (m.friction / material.friction);
 }
 
 // For unit impulses along the axes e_k of the contact, A has on its diagonal the sum over both bodies of

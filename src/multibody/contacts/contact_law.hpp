@@ -13,6 +13,10 @@ namespace amontons {
 // torsion or a second sliding coefficient makes the cone elliptic.
 int rows_of(const Material& material);
 
+// Sets the coefficients of a contact for a slip of the last step (m/s, 0: stuck). The one across a direction
+// changes in proportion.
+void set_friction(const Material& material, double slip, Contact& contact);
+
 // The length by which the moments of a contact are divided. It makes the mean of diag(A) over the moments
 // equal to that over the forces, so that one number per block preconditions both.
 double moment_length(const Contact& contact, const BodyMobilities& mobility);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/pair_order.hpp"
+#include "multibody/model/stribeck.hpp"
 
 namespace amontons {
 
@@ -22,7 +24,8 @@ void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
 // Stores only contacts with an impulse, since others start from zero anyway. `local` identifies the point
 // again, in the frame of the moving body (A), as features of a body move with it. Sorted by pair, so that the
 // next step finds a pair by bisection.
-void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
+void keep_for_warm_start(const Problem& problem, std::span<const double> x,
+                         const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
                          std::vector<Contact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
@@ -35,6 +38,8 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x, cons
     Contact& c = kept[k] = contacts[i];
     c.impulse = impulse.linear;
     c.angular_impulse = impulse.angular;
+    c.slip = solved[i].slip;
+    c.state = norm(c.slip) > least ? solved[i].state : ContactState::stick;
     c.local = inverse(bodies[c.body_a].pose)(c.point);
   }
 }
@@ -117,6 +122,20 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
   for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
     for (; at < i; ++at) row += static_cast<std::size_t>(contacts[at].rows);  // i ascends
     rows_of(contacts[i], was, scale, &x0[row]);
+  });
+}
+
+// A contact may be at its limit without slipping, so that the state alone does not tell.
+double slip_of(const Contact& c) { return c.state == ContactState::slip ? norm(c.slip) : 0; }
+
+void set_slipping_friction(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
+                           std::vector<Contact>& contacts) {
+  if (last.empty() || std::none_of(contacts.begin(), contacts.end(),
+                                   [](const Contact& c) { return c.material.friction_static >= 0; }))
+    return;
+  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
+    Contact& c = contacts[i];
+    if (c.material.friction_static >= 0) set_friction(model.material(c.geom_a, c.geom_b), slip_of(was), c);
   });
 }
 

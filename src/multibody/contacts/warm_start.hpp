@@ -9,8 +9,18 @@
 namespace amontons {
 
 // The contacts with an impulse in the solution x of a problem, in the form of State::contacts.
-void keep_for_warm_start(const Problem& problem, std::span<const double> x, const BodyFrames& bodies,
+// `solved`: the contacts with the results of the step, which supply slip and state. A slip up to `least`
+// (m/s) is an error of the solve: contacts that share their friction may be at their limit and stick.
+void keep_for_warm_start(const Problem& problem, std::span<const double> x,
+                         const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
                          std::vector<Contact>& kept);
+
+// The slip (m/s) of a contact that slipped; 0 if it stuck.
+double slip_of(const Contact& c);
+// Sets the friction of contacts that slipped in the last step, and whose static and kinetic coefficients
+// differ. The others keep the static one, with which they are found.
+void set_slipping_friction(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
+                           std::vector<Contact>& contacts);
 
 // Appends the rows of all contacts to x0, zeros without a match in the last step: same geoms, nearest point.
 // The impulses of `last` are scaled by the ratio of the steps.

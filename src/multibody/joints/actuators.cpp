@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
@@ -117,11 +118,28 @@ void advance_activations(const Model& model, double h, State& state) {
   }
 }
 
-std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
-                                      const State& state) {
-  std::vector<LineState> lines;
+namespace {
+
+// Bodies and joints where they stand now, between two steps.
+struct Placed {
+  Placed(const Model& model, const State& given) : state(given) {
+    place_bodies(model, state, bodies, mobility, velocities);
+    update_coordinates(model, bodies, state);
+    place_joints(model, bodies, state, joints);
+  }
+  State state;
+  BodyFrames bodies;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
   JointContexts joints;
-  place_joints(model, bodies, state, joints);
+};
+
+}  // namespace
+
+std::vector<LineState> actuator_lines(const Model& model, const State& given) {
+  std::vector<LineState> lines;
+  const Placed placed(model, given);
+  const auto& [state, bodies, mobility, v, joints] = placed;
   for (const Actuator& actuator : model.description().actuators) {
     const Transmission& t = actuator.transmission;
     Line line;
@@ -138,11 +156,10 @@ std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodi
   return lines;
 }
 
-std::vector<LineState> tendon_lines(const Model& model, const BodyFrames& bodies, const BodyVelocities& v,
-                                    const State& state) {
+std::vector<LineState> tendon_lines(const Model& model, const State& given) {
   std::vector<LineState> lines;
-  JointContexts joints;
-  place_joints(model, bodies, state, joints);
+  const Placed placed(model, given);
+  const auto& [state, bodies, mobility, v, joints] = placed;
   for (std::size_t t = 0; t < model.description().tendons.size(); ++t) {
     const Line line = tendon_line(model, bodies, joints, state, static_cast<Index>(t));
     lines.push_back({line.length, row_velocity(line.row, v)});

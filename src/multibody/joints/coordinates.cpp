@@ -8,6 +8,7 @@
 
 #include "amontons/base/elementary.hpp"
 #include "multibody/joints/couplings.hpp"
+#include "multibody/joints/course.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
 
@@ -173,6 +174,14 @@ void update_coordinates(const Model& model, const BodyFrames& bodies, State& sta
   update_coordinates(model, bodies, std::span(state.coordinates), known);
 }
 
+static bool has_static_friction(const Model& model) {
+  const auto& joints = model.description().joints;
+  return std::any_of(joints.begin(), joints.end(), [](const Joint& joint) {
+    return std::any_of(joint.dofs.begin(), joint.dofs.end(),
+                       [](const Dof& dof) { return dof.friction_static >= 0; });
+  });
+}
+
 // Dofs of a joint whose bodies do not fit T(0) get the coordinates of the given poses, not zeros. Motors get
 // the controls of the description. Impulses are empty before the first step.
 State initial_state(const Model& model) {
@@ -189,10 +198,14 @@ State initial_state(const Model& model) {
   s.coordinates.resize(model.dofs());
   s.dof_impulses.resize(model.dofs());
   s.joint_wrenches.resize(model.joints());
+  if (has_static_friction(model)) s.dof_slips.resize(model.dofs());
   s.joint_slips.resize(model.joints());
   s.ball_impulses.resize(model.joints());
   s.coupling_impulses.resize(model.description().couplings.size());
   s.tendon_impulses.resize(model.description().tendons.size());
+  std::size_t rubs = 0;
+  for (const Tendon& tendon : model.description().tendons) rubs += rubs_of(tendon);
+  s.rub_impulses.resize(2 * rubs);
   s.actuator_impulses.resize(model.description().actuators.size());
   for (const Actuator& actuator : model.description().actuators) {
     s.controls.push_back(actuator.control);
@@ -235,13 +248,23 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
   return joint_error(model, joints);
 }
 
+// Depth of a journal in its bearing, or of a slider in its guide; negative with room left.
+static double play_depth(const Joint& joint, std::span<const double> q) {
+  if (joint.play_length == 0) return elementary::hypot(q[0], q[1]) - joint.play;
+  const double tilt = 0.5 * joint.play_length * std::abs(elementary::sin(q[2]));
+  return std::abs(q[1]) + tilt - joint.play;
+}
+
 // Present lengths and coordinates, including those that no impulse can change.
 double line_error(const Model& model, const BodyFrames& bodies, const State& state) {
   double worst = 0;
+  for (std::size_t j = 0; j < model.joints(); ++j)
+    if (const Joint& joint = model.joint(static_cast<Index>(j)); joint.play > 0)
+      worst = std::max(worst, play_depth(joint, coordinates_of(model, state, j)));
   for (const Coupling& c : model.description().couplings) {
     if (c.compliance > 0) continue;
     const double violation = coupling_value(model, c, bodies, state).violation;
-    worst = std::max(worst, coupling_scale(model, c) * std::abs(violation));
+    worst = std::max(worst, coupling_scale(model, c) * (std::abs(violation) - 0.5 * c.backlash));
   }
   const auto& tendons = model.description().tendons;
   for (std::size_t k = 0; k < tendons.size(); ++k) {

@@ -2,6 +2,9 @@
 // constant. Unlike the rows of a joint it involves any number of bodies.
 #include "multibody/joints/couplings.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/tendons.hpp"
 #include "multibody/joints/wide_rows.hpp"
@@ -25,6 +28,26 @@ void add_rate(const RowInput& in, Index joint, Index dof, Index tendon, double s
   }
   const JointContext& context = in.joints[joint];
   wide.add(joint_row(context, s * context.duals[dof]), factor);
+}
+
+// Backlash: the violation C stays in [-half, half], which is half + C >= 0 and half - C >= 0, one for each
+// flank. Flanks press and never pull. Between them the coupling has no row, and both gears move freely.
+void append_flanks(const RowInput& in, const WideRow& wide, double violation, double half, double x0,
+                   const RowTag& tag, JointRows& rows) {
+  const double speed =
+      std::max(std::abs(row_velocity(wide, in.bodies.start)), std::abs(row_velocity(wide, in.bodies.free)));
+  const auto near = [&](double gap) { return within_reach(gap, speed, in.options); };
+  if (!near(half + violation) && !near(half - violation)) return;
+  const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);
+  for (const double sign : {1.0, -1.0}) {
+    const double gap = half + sign * violation;
+    if (!near(gap)) continue;
+    RowTag flank = tag;
+    flank.sign = sign;
+    rows.append(NonNegative{}, sign * narrow.row,
+                {0, closing(gap, in.options) + sign * narrow.offset, Restraint::inequality, gap},
+                std::max(sign * x0, 0.0), flank);
+  }
 }
 
 }  // namespace
@@ -68,6 +91,10 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     // The report uses the row whose tag has dof 0.
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
+    if (c.backlash > 0) {
+      append_flanks(in, wide, s * value.violation, 0.5 * s * c.backlash, x0, tag, rows);
+      continue;
+    }
     const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);
     terms.c += narrow.offset;
     rows.append(Bilateral{}, narrow.row, terms, x0, tag);

@@ -6,6 +6,7 @@
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/actuator_rows.hpp"
+#include "multibody/model/stribeck.hpp"
 
 // A degree of freedom q has the row D = s times its dual wrench: D v = s q', with s = length for an angle and
 // 1 for a displacement. An impulse x along the row is s x along q.
@@ -178,9 +179,10 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
       append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);
     // Dry friction of a given size: the rate is zero while |x| < h friction, otherwise x is at the bound
     // against it. This is the variational inequality over that interval with c = 0.
-    if (dof.friction > 0)
-      append_bounded(h * dof.friction / s, d.row, {0, 0}, d.last.friction / s, d.tag(RowKind::friction),
-                     rows);
+    const double slip = in.state.dof_slips.empty() ? 0 : in.state.dof_slips[first + i];
+    const double friction = friction_at(dof.friction, dof.friction_static, dof.stribeck_speed, slip);
+    if (friction > 0)
+      append_bounded(h * friction / s, d.row, {0, 0}, d.last.friction / s, d.tag(RowKind::friction), rows);
     append_limits(in, d, motor_speed, rows);
   }
 }

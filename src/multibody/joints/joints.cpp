@@ -10,6 +10,7 @@
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/play_rows.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/joints/tendons.hpp"
 
@@ -149,6 +150,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
     }
     if (!context.in_tree) append_locked_rows(in, context, rows);
     append_dof_rows(in, context, rows);
+    if (joint.play > 0) append_play_rows(in, context, rows);
     if (joint.spherical) append_ball_rows(in, context, rows);
   }
   append_tendon_rows(in, rows);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <type_traits>
 
 namespace amontons {
 
@@ -46,7 +48,10 @@ double* place_of(const RowTag& tag, State& state) {
     }
     case RowKind::actuator:
       return &state.actuator_impulses[tag.joint];
+    case RowKind::rub:
+      return &state.rub_impulses[tag.joint];
     case RowKind::locked:
+    case RowKind::play:
     case RowKind::distance:
       break;
   }
@@ -74,10 +79,28 @@ void store_joint_impulses(const JointRows& rows, std::span<const double> x, Stat
   std::fill(state.dof_impulses.begin(), state.dof_impulses.end(), DofImpulse{});
   std::fill(state.ball_impulses.begin(), state.ball_impulses.end(), Vec3{});
   std::fill(state.coupling_impulses.begin(), state.coupling_impulses.end(), 0.0);
+  std::fill(state.rub_impulses.begin(), state.rub_impulses.end(), 0.0);
   std::fill(state.tendon_impulses.begin(), state.tendon_impulses.end(), TendonImpulse{});
   std::fill(state.actuator_impulses.begin(), state.actuator_impulses.end(), 0.0);
   for (const KnownImpulse& effort : rows.efforts) store(effort.tag, effort.impulse, state);
   for (std::size_t i = 0; i < rows.tags.size(); ++i) store(rows.tags[i], x[i], state);
+}
+
+// As for contacts, the trial point decides without a tolerance whether the friction slipped.
+void store_slips(const JointRows& rows, const Problem& problem, const Solution& solution, double least,
+                 State& state) {
+  if (state.dof_slips.empty()) return;
+  std::fill(state.dof_slips.begin(), state.dof_slips.end(), 0.0);
+  const std::size_t contacts = problem.rows() - rows.tags.size();
+  for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    if constexpr (std::is_same_v<S, Interval>) {
+      if (row < contacts || rows.tags[row - contacts].kind != RowKind::friction) return;
+      const RowTag& tag = rows.tags[row - contacts];
+      const double u = solution.u[row], trial = solution.x[row] - u / problem.P[block];
+      if (std::abs(u) > least && (trial < set.lo || trial > set.hi))
+        state.dof_slips[tag.dof] = std::abs(u) / tag.scale;
+    }
+  });
 }
 
 }  // namespace amontons

@@ -5,75 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/dof_rows.hpp"
-#include "multibody/joints/wrapping.hpp"
+#include "multibody/joints/ropes.hpp"
 
 namespace amontons {
 namespace {
 
-// A point that a body carries, in the world.
-struct Stop {
-  Index body;
-  Vec3 at;
-};
-
-Vec3 in_world(const BodyFrames& bodies, Index body, const Vec3& point) {
-  return body < 0 ? point : bodies[body].pose(point);
-}
-
-// A straight part from p to q: l' = <d, v_q - v_p> with d its direction. If its ends coincide it has no
-// direction and no force.
-void add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, const Stop& q, double share,
-                  Line& line) {
-  const Vec3 way = q.at - p.at;
-  const double length = norm(way);
-  line.length += share * length;
-  if (p.body == q.body || !(length > 1e-15)) return;
-  const Vec3 d = way / length;
-  for (const auto& [stop, sign] : {std::pair{&q, 1.0}, std::pair{&p, -1.0}}) {
-    if (stop->body < 0 || model.body(stop->body).motion == Motion::fixed) continue;
-    const Vec3 m = cross(stop->at - bodies[stop->body].centre, d);
-    line.row.add(stop->body, {d.x, d.y, d.z, m.x, m.y, m.z}, sign * share);
-  }
-}
-
-// From point to point; an obstacle between two of them may bend the path. Its curved part moves with the
-// obstacle's body and has no rate of its own.
-Line spatial(const Model& model, const BodyFrames& bodies, const std::vector<PathElement>& path) {
-  Line line;
-  std::optional<Stop> before;
-  const PathElement* obstacle = nullptr;
-  double share = 1;
-  for (const PathElement& element : path) {
-    if (element.kind == PathElement::Kind::pulley) {
-      share = 1 / element.divisor;
-      before.reset();
-      continue;
-    }
-    if (element.kind != PathElement::Kind::point) {
-      obstacle = &element;
-      continue;
-    }
-    const Stop here{element.body, in_world(bodies, element.body, element.frame.position)};
-    std::optional<Wrap> bend;
-    if (before && obstacle) {
-      const Transform frame =
-          (obstacle->body < 0 ? Transform{} : bodies[obstacle->body].pose) * obstacle->frame;
-      std::optional<Vec3> side;
-      if (obstacle->side) side = in_world(bodies, obstacle->side_body, *obstacle->side);
-      bend = wrap(before->at, here.at, obstacle->kind, frame, obstacle->radius, side);
-    }
-    if (bend) {
-      add_straight(model, bodies, *before, {obstacle->body, bend->first}, share, line);
-      line.length += share * bend->length;
-      add_straight(model, bodies, {obstacle->body, bend->last}, here, share, line);
-    } else if (before) {
-      add_straight(model, bodies, *before, here, share, line);
-    }
-    before = here;
-    obstacle = nullptr;
+// The whole length of a path.
+Line spatial(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
+  if (tendon.path.empty()) return {};
+  Course course = course_of(model, bodies, tendon);
+  Line line = std::move(course.parts.front());
+  for (std::size_t i = 1; i < course.parts.size(); ++i) {
+    const Line& part = course.parts[i];
+    line.length += part.length;
+    for (std::size_t k = 0; k < part.row.body.size(); ++k) line.row.add(part.row.body[k], part.row.j[k], 1);
   }
   return line;
 }
@@ -95,7 +44,7 @@ double rate_before(const RowInput& in, const Tendon& tendon, JointRows& rows) {
     frames[i].centre = then.centre;
     velocities[i] = then.velocity;
   }
-  return row_velocity(spatial(in.model, frames, tendon.path).row, velocities);
+  return row_velocity(spatial(in.model, frames, tendon).row, velocities);
 }
 
 // A tendon, ready to make rows.
@@ -179,7 +128,7 @@ double tendon_scale(const Model& model, Index index) {
 Line tendon_line(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
                  const State& state, Index index) {
   const Tendon& tendon = model.description().tendons[index];
-  Line line = spatial(model, bodies, tendon.path);
+  Line line = spatial(model, bodies, tendon);
   for (const TendonTerm& term : tendon.terms) {
     line.length += term.coefficient * state.coordinates[model.first_dof(term.joint) + term.dof];
     if (!is_active(model, model.joint(term.joint))) continue;
@@ -197,7 +146,7 @@ Line tendon_line(const Model& model, const BodyFrames& bodies, const State& stat
 
 double tendon_length(const Model& model, const BodyFrames& bodies, const State& state, Index index) {
   const Tendon& tendon = model.description().tendons[index];
-  double length = spatial(model, bodies, tendon.path).length;
+  double length = spatial(model, bodies, tendon).length;
   for (const TendonTerm& term : tendon.terms)
     length += term.coefficient * state.coordinates[model.first_dof(term.joint) + term.dof];
   return length;
@@ -209,9 +158,15 @@ double tendon_stretch(const Tendon& tendon, double length) {
 
 void append_tendon_rows(const RowInput& in, JointRows& rows) {
   const auto& tendons = in.model.description().tendons;
+  std::size_t rubs = 0;
   for (std::size_t k = 0; k < tendons.size(); ++k) {
     const Tendon& d = tendons[k];
     const Index index = static_cast<Index>(k);
+    if (const std::size_t own = rubs_of(d); own > 0) {
+      append_rope_rows(in, index, rubs, rows);
+      rubs += own;
+      continue;
+    }
     Line line = tendon_line(in.model, in.bodies.frames, in.joints, in.state, index);
     const double s = tendon_scale(in.model, index);
     line.row.scale(s);

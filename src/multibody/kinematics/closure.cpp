@@ -127,7 +127,7 @@ std::vector<Condition> conditions_at(const Tree& tree, const Placed& placed) {
   }
   const auto& couplings = tree.model().description().couplings;
   for (std::size_t k = 0; k < couplings.size(); ++k)
-    if (couplings[k].compliance == 0) append_coupling(placed, k, conditions);
+    if (couplings[k].compliance == 0 && couplings[k].backlash == 0) append_coupling(placed, k, conditions);
   return conditions;
 }
 

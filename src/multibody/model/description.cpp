@@ -95,6 +95,14 @@ void check_body(const Body& body, const std::string& who) {
   check_inertia(body.inertia, who);
 }
 
+// A negative static friction means that there is none beside the kinetic one.
+void check_static(double kinetic, double stuck, double speed, const std::string& who) {
+  require(std::isfinite(stuck), who, "the static friction is not finite");
+  require(stuck < 0 || stuck >= kinetic, who,
+          "the static friction is less than the kinetic one; swap them, or leave the static one out");
+  require(speed >= 0 && std::isfinite(speed), who, "the Stribeck speed must be finite and not negative");
+}
+
 // A negative friction_across means that there is none.
 void check_material(const Material& m, const std::string& who) {
   check_not_negative(who, {{m.friction, "the coefficient of friction"},
@@ -103,6 +111,7 @@ void check_material(const Material& m, const std::string& who) {
                            {m.compliance, "compliance"},
                            {m.relaxation_time, "relaxation time"},
                            {m.rest_offset, "rest offset"}});
+  check_static(m.friction, m.friction_static, m.stribeck_speed, who);
   require(std::isfinite(m.friction_across), who, "the friction across the direction is not finite");
   require(m.restitution >= 0 && m.restitution <= 1, who, "restitution must lie in [0, 1]");
 }
@@ -121,6 +130,7 @@ void check_dof(const Dof& dof, const std::string& who) {
                            {dof.armature, "armature"},
                            {dof.motor.kp, "kp of the motor"},
                            {dof.motor.kd, "kd of the motor"}});
+  check_static(dof.friction, dof.friction_static, dof.stribeck_speed, who);
   require(std::isfinite(dof.rest), who, "the rest coordinate of the spring is not finite");
   require(dof.motor.max_effort > 0, who, "the largest effort of the motor must be positive");
   require(std::isfinite(dof.motor.control), who, "the control of the motor is not finite");
@@ -131,6 +141,21 @@ void check_dof(const Dof& dof, const std::string& who) {
           "kd is of velocity motors and of position motors with kp; give kp, or damping of the joint");
   require(dof.lower_effort <= dof.upper_effort && dof.lower_effort < infinity && dof.upper_effort > -infinity,
           who, "the bounds of the effort of actuators leave none; the lower one comes first");
+}
+
+// Rows of play read two slides and the hinge about their normal, in this order.
+void check_play(const Joint& joint, const std::string& who) {
+  check_not_negative(who, {{joint.play, "play"},
+                           {joint.play_length, "the length of the slider"},
+                           {joint.journal_radius, "the radius of the journal"},
+                           {joint.play_friction, "the friction of the play"}});
+  if (joint.play == 0) return;
+  using Kind = Dof::Kind;
+  const auto& dofs = joint.dofs;
+  require(joint.kind == JointKind::chain && !joint.spherical && dofs.size() == 3 &&
+              dofs[0].kind == Kind::slide && dofs[1].kind == Kind::slide && dofs[2].kind == Kind::hinge,
+          who,
+          "play needs two slides and a hinge about their normal, as add_revolute_joint(play=) makes them");
 }
 
 // More than six dofs have dependent axes in every pose, so that coordinates are not unique. Body A must be
@@ -156,6 +181,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   require(joint.lower_distance >= 0 && joint.lower_distance <= joint.upper_distance &&
               joint.lower_distance < infinity,
           who, "the limits of the distance must satisfy 0 <= lower <= upper");
+  check_play(joint, who);
   for (std::size_t k = 0; k < joint.dofs.size(); ++k)
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }
@@ -220,7 +246,8 @@ void check_coupling(const ModelDescription& d, const Coupling& c, const std::str
   AMONTONS_REQUIRE(c.tendon_b < 0 || c.tendon_a != c.tendon_b, who + " couples a tendon to itself");
   require(!c.coefficients.empty(), who, "give the coefficients of the polynomial");
   for (double value : c.coefficients) require(std::isfinite(value), who, "a coefficient is not finite");
-  check_not_negative(who, {{c.compliance, "compliance"}});
+  check_not_negative(who, {{c.compliance, "compliance"}, {c.backlash, "backlash"}});
+  require(c.compliance == 0 || c.backlash == 0, who, "compliance and backlash exclude each other");
 }
 
 // A path goes from point to point: obstacles are between two points, and the parts on both sides of a pulley
@@ -252,6 +279,68 @@ void check_path(const ModelDescription& d, const std::vector<PathElement>& path,
   require(points > 1 && before == Kind::point, who, "its path must end with a part of two points at least");
 }
 
+// A rope rubs between two parts of it: at an end, or beside a pulley that divides the path, there is only
+// one.
+void check_rubs(const std::vector<PathElement>& path, const std::string& who) {
+  using Kind = PathElement::Kind;
+  const auto divides = [&](std::size_t i) { return i >= path.size() || path[i].kind == Kind::pulley; };
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const PathElement& e = path[i];
+    check_not_negative(who, {{e.friction, "friction"}, {e.turns, "the number of turns"}});
+    const bool end = i == 0 || divides(i - 1) || divides(i + 1);
+    require(e.friction == 0 || (e.kind != Kind::pulley && !(e.kind == Kind::point && end)), who,
+            "friction is on a point or an obstacle between two others; take it off the ends and pulleys");
+    require(e.turns == 0 || e.kind == Kind::cylinder, who, "only a cylinder takes turns");
+  }
+}
+
+// A belt goes around two parallel cylinders on different bodies. Its spans are the outer tangents of both
+// circles. They exist if neither circle is within the other, in the initial pose that is checked here; the
+// line of centres then has a direction.
+void check_belt(const ModelDescription& d, const Tendon& t, const std::string& who) {
+  const auto& path = t.path;
+  require(path.size() == 2 && path[0].kind == PathElement::Kind::cylinder &&
+              path[1].kind == PathElement::Kind::cylinder && path[0].body != path[1].body,
+          who, "a closed tendon is a belt: give it two cylinders on two bodies, and nothing else");
+  for (const PathElement& e : path) {
+    require_body(d, e.body, who);
+    check_frame(e.frame, who, "place on the path");
+    require(e.radius > 0 && std::isfinite(e.radius), who, "the radius of a pulley must be positive");
+    check_not_negative(who, {{e.friction, "friction"}});
+    require(e.turns == 0, who, "a belt takes no turns");
+  }
+  const auto placed = [&](const PathElement& e) {
+    return e.body < 0 ? e.frame : d.bodies[e.body].pose * e.frame;
+  };
+  const Transform one = placed(path[0]), two = placed(path[1]);
+  const Vec3 axis = rotate(one.rotation, {0, 0, 1}), way = two.position - one.position;
+  require(norm(cross(axis, rotate(two.rotation, {0, 0, 1}))) < 1e-6, who,
+          "the cylinders of a belt must be parallel; turn the frame of one of them");
+  require(norm(way - dot(way, axis) * axis) > std::abs(path[0].radius - path[1].radius), who,
+          "one cylinder of the belt is within the other; move them apart");
+}
+
+// A rope that rubs is an unknown tension on both sides of each place, which only its length or its own spring
+// can hold. The rows of one rope share an auxiliary body of six components: a knot between each two places,
+// and one for each body that is not at such a place.
+void check_rope(const Tendon& t, const std::string& who) {
+  std::size_t rubs = 0, others = 0;
+  for (const PathElement& e : t.path) {
+    if (e.friction > 0) ++rubs;
+    if (e.friction == 0 && e.body >= 0) ++others;
+  }
+  if (rubs == 0 && !t.closed) return;
+  require(t.upper < infinity || t.stiffness > 0, who,
+          "a rope with friction on its path needs a largest length or a stiffness; give limits or stiffness");
+  require(t.upper == infinity || t.stiffness == 0, who,
+          "a rope with friction on its path has a largest length or a stiffness, not both");
+  require(t.lower == -infinity && t.damping == 0 && t.friction == 0 && t.armature == 0, who,
+          "a rope with friction on its path takes no lower limit, damping, armature or friction along it");
+  require(rubs <= 5 && rubs + others <= 7, who,
+          "a rope takes at most five places with friction, and with the moving bodies between them seven; "
+          "divide it over a body in between");
+}
+
 void check_tendon(const ModelDescription& d, const Tendon& t, const std::string& who) {
   require(t.terms.empty() != t.path.empty(), who,
           "a tendon has either joints with coefficients or a path; give one of them");
@@ -259,7 +348,13 @@ void check_tendon(const ModelDescription& d, const Tendon& t, const std::string&
     require_dof(d, term.joint, term.dof, who);
     require(std::isfinite(term.coefficient), who, "a coefficient is not finite");
   }
-  if (!t.path.empty()) check_path(d, t.path, who);
+  require(!t.closed || !t.path.empty(), who, "a closed tendon needs a path");
+  if (t.closed)
+    check_belt(d, t, who);
+  else if (!t.path.empty())
+    check_path(d, t.path, who);
+  if (!t.closed) check_rubs(t.path, who);
+  check_rope(t, who);
   require(t.lower <= t.upper, who, "the lower limit exceeds the upper limit; swap them");
   require(t.lower < infinity && t.upper > -infinity, who, "the limits leave no length");
   check_not_negative(who, {{t.stiffness, "stiffness"},
@@ -270,11 +365,22 @@ void check_tendon(const ModelDescription& d, const Tendon& t, const std::string&
           "the rest lengths of the spring must be finite, the lower one first");
 }
 
+// An actuator on a tendon pulls all along it, which friction on its path contradicts.
+void check_pull(const ModelDescription& d, const Transmission& t, const std::string& who) {
+  const Tendon& pulled = d.tendons[t.tendon];
+  const bool rubs = pulled.closed || std::any_of(pulled.path.begin(), pulled.path.end(),
+                                                 [](const PathElement& e) { return e.friction > 0; });
+  require(!rubs, who, "the tendon has friction on its path; drive a pulley or a body at its end instead");
+}
+
 void check_transmission(const ModelDescription& d, const Transmission& t, const std::string& who) {
   using Kind = Transmission::Kind;
   require(std::isfinite(t.gear), who, "the gear is not finite");
   if (t.kind == Kind::dof) return require_dof(d, t.joint, t.dof, who);
-  if (t.kind == Kind::tendon) return require_tendon(d, t.tendon, who);
+  if (t.kind == Kind::tendon) {
+    require_tendon(d, t.tendon, who);
+    return check_pull(d, t, who);
+  }
   require_body(d, t.body, who);
   require_body(d, t.reference_body, who);
   check_frame(t.frame, who, "frame");

@@ -209,6 +209,13 @@ Material Model::material(Index geom_a, Index geom_b) const {
   if (a.friction_across >= 0 || b.friction_across >= 0)
     m.friction_across = combined(d_.friction_rule, a.friction_across >= 0 ? a.friction_across : a.friction,
                                  b.friction_across >= 0 ? b.friction_across : b.friction);
+  // A surface without a static coefficient brings its kinetic one.
+  const auto stuck = [](const Material& s) {
+    return s.friction_static >= 0 ? s.friction_static : s.friction;
+  };
+  if (a.friction_static >= 0 || b.friction_static >= 0)
+    m.friction_static = combined(d_.friction_rule, stuck(a), stuck(b));
+  m.stribeck_speed = std::max(a.stribeck_speed, b.stribeck_speed);
   m.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
   m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
   m.restitution = std::max(a.restitution, b.restitution);

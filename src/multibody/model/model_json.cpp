@@ -279,6 +279,8 @@ class Writer {
     if constexpr (std::is_same_v<T, Material>)
       for (auto& [key, value] : out.items())
         if (value.is_number() && value.template get<double>() < 0) value = nullptr;
+    if constexpr (std::is_same_v<T, Dof>)
+      if (part.friction_static < 0) out["friction_static"] = nullptr;
     if constexpr (std::is_same_v<T, Geom>)
       if (part.friction_direction == Vec3()) out["friction_direction"] = nullptr;
     return out;

@@ -15,10 +15,10 @@ template <class S>
 auto fields_of(S& state) {
   auto& [time, steps, impulse_step, positions, orientations, linear, angular, forces, torques, coordinates,
          controls, joint_forces, activations, actuators, contacts, wrenches, slips, dofs, balls, couplings,
-         tendons] = state;
+         tendons, dof_slips, rubs] = state;
   return std::tie(time, steps, impulse_step, positions, orientations, linear, angular, forces, torques,
                   coordinates, controls, joint_forces, activations, actuators, contacts, wrenches, slips,
-                  dofs, balls, couplings, tendons);
+                  dofs, balls, couplings, tendons, dof_slips, rubs);
 }
 
 // The first number of the bytes. A processor that stores numbers in the reverse order reads another one.

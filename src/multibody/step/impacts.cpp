@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/budget.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -20,14 +19,16 @@ namespace amontons {
 namespace {
 
 // Impacts are over before springs, motors, dry friction or stabilisation act. So only locked directions get
-// rows, which keep their velocities (c = 0). Limits are left to the step that follows.
+// rows, which keep their velocities (c = 0). Limits, and flanks of couplings,
+// are left to the step that follows.
 JointRows locked_rows(const StepSetting& step, const State& state, const Observed& o,
                       const StepBodies& bodies) {
   JointRows all, locked;
   append_joint_rows(step.model, bodies, o.joints, state, step.joint_options(), all);
   locked.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   for (std::size_t i = 0; i < all.tags.size(); ++i)
-    if (all.tags[i].kind == RowKind::locked || all.tags[i].kind == RowKind::coupling)
+    if (all.tags[i].kind == RowKind::locked ||
+        (all.tags[i].kind == RowKind::coupling && all.restraint[i] != Restraint::inequality))
       locked.append(Bilateral{}, all.jacobian[i], {all.compliance[i], 0}, 0, all.tags[i]);
   return locked;
 }
@@ -126,8 +127,8 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
     const bool missed = solver.sums.status != Status::converged;
-    if (solver.clock.over(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
-    if (reflection > 0 && (Budget::exhausted() || missed)) break;
+    if (solver.budget->ends_within(reflection > 0 ? 0 : solver.clock.search)) return reflection > 0;
+    if (reflection > 0 && (solver.budget->exhausted() || missed)) break;
     // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
       bodies.trees = tree_masses(step.model, step.forest, 0, o.trees);

@@ -8,7 +8,7 @@ namespace amontons {
 
 void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  const bool in_time = !solver.clock.over();
+  const bool in_time = !solver.budget->late();
   find_rest(step, o, *posed.problem, solver.again, posed.x0, solved.solution, solved.rest);
   solved.solution =
       solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
@@ -44,7 +44,7 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
 void look_ahead(const StepSetting& step, StepSolver& solver, Observed& o, StepProblem& posed,
                 Solved& solved) {
   const int most = off("looks") ? 1 : step::most_looks;
-  for (int round = 0; round < most && !solver.clock.over(solver.clock.timings.collision); ++round) {
+  for (int round = 0; round < most && !solver.budget->ends_within(solver.clock.timings.collision); ++round) {
     if (!add_unforeseen(step, solver.clock, round == 0, o, posed, solved)) return;
     solver.again = true;
     solve(step, solver, o, posed, solved);

@@ -1,5 +1,8 @@
 #include "multibody/step/move_on.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <span>
 
 #include "amontons/multibody/joints/actuators.hpp"
@@ -10,12 +13,31 @@
 
 namespace amontons {
 
+namespace {
+
+// Slip below this speed (m/s) is an error of the solve, or rounding. A contact that sticks at its limit would
+// otherwise count as slipping, and lose its static friction.
+double least_slip(const StepSetting& step, const Solved& solved) {
+  const double bodies = std::sqrt(static_cast<double>(step.model.bodies()));
+  const double fall = step.h * norm(step.model.description().gravity);
+  const double residual = std::max(step.options.tolerance, solved.solution.residual);
+  double fastest = 0;
+  for (const BodyVelocity& v : solved.after)
+    fastest = std::max(fastest, norm(v.linear) + step.model.length() * norm(v.angular));
+  // The residual r bounds the error of a velocity by r sqrt(n) g h for n bodies (rest.cpp).
+  return residual * bodies * fall + std::sqrt(std::numeric_limits<double>::epsilon()) * fastest;
+}
+
+}  // namespace
+
 void move_on(const StepSetting& step, const StepProblem& posed, const Solved& solved, Observed& o,
              State& state) {
   const std::span<const double> x = solved.solution.x;
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
-  keep_for_warm_start(*posed.problem, x, o.frames, state.contacts);
+  const double least = least_slip(step, solved);
+  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
+  store_slips(posed.rows, *posed.problem, solved.solution, least, state);
   TreeStep& trees = o.trees;
   if (!step.forest.empty()) {
     read_rates(step.forest, trees, o.frames, solved.after, trees.after);

@@ -5,6 +5,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/fluid.hpp"
+#include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/kinematics/joint_forces.hpp"
 #include "multibody/trees/masses.hpp"
@@ -58,6 +59,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   foresee(o);
   clock.lap(&Timings::assembly);
   o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
+  set_slipping_friction(model, state.contacts, o.frames, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
   clock.lap(&Timings::collision);
 }

@@ -82,7 +82,8 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   warm_start(step, state, o, posed);
   if (!step.forest.empty()) foresee_impulses(step, state, o, posed);
   posed.turns.added.clear();
-  if (!step.damped && !o.contacts.empty() && !clock.over(2 * clock.search) && !off("turn contacts"))
+  if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search) &&
+      !off("turn contacts"))
     turn_ahead(step, o, posed);
 }
 

@@ -148,9 +148,9 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h; empty if time runs out before `end` on the clock.
+// The displacements, as velocities over h; empty if the time of `budget` runs out before they are useful.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             const StepClock& clock, double end, Elimination& elimination, StepSums& sums) {
+                             Budget& budget, Elimination& elimination, StepSums& sums) {
   std::vector<Contact> none;
   const Problem problem = assemble(in.at_rest(rest), none, rows, {.h = in.h, .recovery_speed = 0});
   const bool linear = problem.K.all_bilateral();
@@ -158,10 +158,9 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.law = Law::associated;
   options.tolerance = linear ? step::precision : step::rough_precision;
   options.max_iterations = step::most_position_iterations;
-  options.deadline = end - clock.elapsed();
-  const Budget share = share_of_step(options.deadline);
+  Budget share(budget, infinity, step::share_of_solve * budget.work_left());
   const bool few = linear || rows.tags.size() <= step::few_position_rows;
-  Solution s = few ? automatic(problem, options, elimination) : apgd(problem, options);
+  Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   ++sums.solves;
   sums.add_cost(s);
   if (s.status == Status::deadline && s.residual > step::most_left) return {};
@@ -198,14 +197,14 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
   const BodyVelocities rest(in.frames.size());
   JointRows rows = position_rows(in, rest, state, in.step.displacing);
   if (rows.tags.empty()) return false;
-  const double end = clock.elapsed() + step::share_of_positions * clock.left();
-  BodyVelocities p = displacements(in, rest, rows, clock, end, elimination, sums);
+  Budget time(clock.budget, step::share_of_positions * clock.budget.left());
+  BodyVelocities p = displacements(in, rest, rows, time, elimination, sums);
   if (p.empty()) return false;
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
   if (const double turn = h * turning(p); turn > step::largest_turn && !off("positions after turn limit")) {
     const double share = step::largest_turn / turn;
     rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
-    p = displacements(in, rest, rows, clock, end, elimination, sums);
+    p = displacements(in, rest, rows, time, elimination, sums);
     if (p.empty()) return false;
   }
   if (!off("positions stop at fixed")) stop_at_fixed(in, p);
@@ -239,7 +238,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
 bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
              StepSums& sums) {
   stiffen(step, state, o);
-  if (step.options.recovery != Recovery::projection || clock.over(2 * clock.search) ||
+  if (step.options.recovery != Recovery::projection || clock.budget.ends_within(2 * clock.search) ||
       !correct_positions(step, o, clock, elimination, state, sums))
     return false;
   clock.lap(&Timings::assembly);

@@ -92,7 +92,7 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
   const double h = step.h, error = posed.assembly.most_closed;
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();
-  if (!clock.over(clock.timings.collision))
+  if (!clock.budget.ends_within(clock.timings.collision))
     o.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
   if (o.contacts.size() > known) {
     take_in(solved.solution.x, known, o, posed);
@@ -114,7 +114,7 @@ EnergyBalance balance_of(const StepSetting& step, const Observed& o, const StepP
   return energy_balance(energy_input(step, o, posed, solved), solved.energy);
 }
 
-void make_safe(const StepSetting& step, const StepClock& clock, Elimination& elimination, Observed& o,
+void make_safe(const StepSetting& step, StepClock& clock, Elimination& elimination, Observed& o,
                StepProblem& posed, Solved& solved) {
   Solution& solution = solved.solution;
   solved.path = solution.status == Status::converged  ? StepPath::accurate

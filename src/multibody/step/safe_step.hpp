@@ -17,7 +17,7 @@ EnergyBalance balance_of(const StepSetting& step, const Observed& observed, cons
 //   3. bodies stop at fixed geometry, and spin by no more than half a radian within the step.
 // The path names the last stage that changed anything. Balance, and residual of the problem, are those of the
 // new impulses.
-void make_safe(const StepSetting& step, const StepClock& clock, Elimination& elimination, Observed& observed,
+void make_safe(const StepSetting& step, StepClock& clock, Elimination& elimination, Observed& observed,
                StepProblem& posed, Solved& solved);
 
 }  // namespace amontons

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
+#include "amontons/base/interrupt.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/clock.hpp"
@@ -147,16 +147,14 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
-  StepClock clock(options_.budget);
-  clock.keep_free(last_.reserved);
-  const Budget allowance(infinity);  // the work is limited once the size of the step is known
+  StepClock clock(options_.budget, last_.reserved);
   last_.before = state_;
   try {
     const bool by_velocities = options_.recovery == Recovery::velocity;
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
       attempt.is_last = attempt.damped && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
       const bool balanced = try_step(attempt, clock, report);
-      if (balanced && (report.is_sound() || Budget::interrupted() || clock.over_attempt())) break;
+      if (balanced && (report.is_sound() || Interrupt::requested() || clock.over_attempt())) break;
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
@@ -170,7 +168,7 @@ void Simulation::make_step(Report& report) {
     state_ = last_.before;
     throw;
   }
-  if (Budget::interrupted()) {
+  if (Interrupt::requested()) {
     state_ = last_.before;
     report.advanced = false;
     report.status = Status::interrupted;

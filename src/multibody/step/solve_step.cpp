@@ -31,7 +31,10 @@ Solution solution_without_rows() {
 
 // The x of a user's solver is measured like any other. An x that overflows is replaced by zero impulses, and
 // the safe step follows.
-Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, const Options& options) {
+Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, Options options,
+                             const Budget& budget) {
+  constexpr double moment = 1e-6;  // not tuned: s, because a deadline is positive
+  options.deadline = std::max(moment, budget.left());
   const Time start = std::chrono::steady_clock::now();
   Solution s;
   // Rows and masses that a user's solver would read are not all of A beside trees.
@@ -54,12 +57,12 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, c
   return s;
 }
 
-Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options,
+Solution solve_with(const StepSolver& solver, const Problem& problem, const Options& options, Budget& budget,
                     Solution memory) {
   ++solver.sums.solves;
-  if (solver.simulation.own_method) return solve_by_own_method(solver, problem, options);
-  if (solver.is_auto()) return automatic(problem, options, solver.elimination, std::move(memory));
-  return solve(problem, solver.simulation.method, options);
+  if (solver.simulation.own_method) return solve_by_own_method(solver, problem, options, budget);
+  if (solver.is_auto()) return automatic(problem, options, budget, solver.elimination, std::move(memory));
+  return solve(problem, solver.simulation.method, options, budget);
 }
 
 // Projects the start and forms its u; returns its residual.
@@ -87,34 +90,33 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
 Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
   Options options = solver.options();
   options.x0 = x0;
-  options.deadline = solver.clock.left();
-  const bool spent = solver.clock.over(solver.clock.search);
+  const bool spent = solver.budget->ends_within(solver.clock.search);
   Solution s;
-  if (solver.corrected && !x0.empty() && solver.clock.over(0.5 * solver.clock.search)) {
+  if (solver.corrected && !x0.empty() && solver.budget->ends_within(0.5 * solver.clock.search)) {
     const double start = evaluate_start(problem, options, s);
     s = accepted(problem, std::move(s), start);
     if (start > options.tolerance) s.status = Status::deadline;
     return s;
   }
-  if (spent) {
-    options.deadline = infinity;
+  if (spent)
     options.max_iterations = std::min(options.max_iterations ? options.max_iterations : step::few_iterations,
                                       step::few_iterations);
-  }
+  // A few iterations need no time limit: a step without any solve costs its successors more.
+  Budget few(infinity, solver.budget->work_left());
   ++solver.sums.solves;
   const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
-  s = method(problem, options);
+  s = method(problem, options, spent ? few : *solver.budget);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
   return s;
 }
 
 // Solves again to the tolerance from the x of s; s becomes the better of the two.
-void go_on(const StepSolver& solver, const Problem& problem, Options options, double tolerance, Solution& s) {
+void go_on(const StepSolver& solver, const Problem& problem, Options options, Budget& budget,
+           double tolerance, Solution& s) {
   const std::vector<double> start = s.x;
   options.x0 = start;
   options.tolerance = tolerance;
-  options.deadline = solver.clock.left();
-  Solution other = solve_with(solver, problem, options, {});
+  Solution other = solve_with(solver, problem, options, budget, {});
   solver.sums.add_cost(other);
   add_counts(s, other);
   s.time += other.time;
@@ -123,13 +125,14 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, do
 
 // Continues until light bodies are accurate in their own measure, if possible; the tolerance of the step is
 // already met.
-Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Solution s) {
+Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Budget& budget,
+                                Solution s) {
   if (s.status != Status::converged || solver.simulation.held || off("light bodies")) return s;
   Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
   if (!(finer < options.tolerance)) return s;
-  go_on(solver, problem, options, finer, s);
+  go_on(solver, problem, options, budget, finer, s);
   // A light body that is still wrong has not converged, whatever the residual.
   if (tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance) <
       options.tolerance)
@@ -147,17 +150,16 @@ Solution as_converged(Solution s, double tolerance) {
 // accept the start. Nearly within it: solve to rounding, or below the tolerance if the direct way does not
 // apply.
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                    Solution memory) {
+                    Budget& budget, Solution memory) {
   Options options = solver.options();
-  options.deadline = solver.clock.left();
-  if (x0.empty()) return solve_with(solver, problem, options, std::move(memory));
+  if (x0.empty()) return solve_with(solver, problem, options, budget, std::move(memory));
   options.x0 = x0;
   const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
   if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
-    return solve_with(solver, problem, options, std::move(memory));
+    return solve_with(solver, problem, options, budget, std::move(memory));
   if (start <= (off("direct start") ? 1 : step::direct_start) * tolerance)
     return accepted(problem, std::move(memory), start);
-  if (solver.is_auto() && solve_directly(problem, options, solver.elimination, memory)) {
+  if (solver.is_auto() && solve_directly(problem, options, budget, solver.elimination, memory)) {
     ++solver.sums.solves;
     return memory;
   }
@@ -166,9 +168,9 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
     return accepted(problem, std::move(memory), start);
   }
   if (!solver.again) options.tolerance = 0.5 * tolerance;
-  if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, {}), tolerance);
+  if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, budget, {}), tolerance);
   ++solver.sums.solves;
-  return as_converged(solve_by_race(problem, options), tolerance);
+  return as_converged(solve_by_race(problem, options, budget), tolerance);
 }
 
 }  // namespace
@@ -188,22 +190,19 @@ double most_work(std::size_t blocks) {
   return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
 }
 
-Budget share_of_step(double seconds) {
-  return Budget(seconds, {}, Budget::Catches::no, step::share_of_solve * Budget::work_left());
-}
-
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (solver.clock.over(step::least_searches * solver.clock.search)) {
+  if (solver.budget->ends_within(step::least_searches * solver.clock.search)) {
     const Solution s = solve_within_budget(solver, problem, x0);
     solver.sums.add_cost(s);
     return s;
   }
-  const Budget share = share_of_step(solver.clock.left());
-  Solution s = solve_from(solver, problem, x0, std::move(memory));
+  // Later solves and the safe step keep some of the work.
+  Budget share(*solver.budget, infinity, step::share_of_solve * solver.budget->work_left());
+  Solution s = solve_from(solver, problem, x0, share, std::move(memory));
   solver.sums.add_cost(s);
-  return solve_for_light_bodies(solver, problem, std::move(s));
+  return solve_for_light_bodies(solver, problem, share, std::move(s));
 }
 
 // Squares of natural maps sum over islands, and so do those of zero impulses. The residual of the whole is

@@ -12,10 +12,11 @@
 
 namespace amontons {
 
-// The solver of one step: all its solves share method, options and the remaining budget.
+// The solver of one step: all its solves share method and options.
 struct StepSolver {
   const SimulationOptions& simulation;
   StepClock& clock;
+  Budget* budget;            // what this solve may spend
   Elimination& elimination;  // memory of `auto`, kept between steps
   StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
@@ -23,16 +24,13 @@ struct StepSolver {
   bool again = false;        // continues from another solve of the same step
 
   bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
-  // Without start and deadline, which each solve sets.
+  // Without the start, which each solve sets.
   Options options() const;
 };
 
 // Work limit (Budget units) of a step with `blocks` contacts and joint rows: that of first-order
 // iterations, whose number increases with the size up to a limit.
 double most_work(std::size_t blocks);
-// Limits one solve of a step to a share of the remaining work, so that later solves and the safe step have
-// some. `seconds`: time limit.
-Budget share_of_step(double seconds);
 
 // Solves a VI of the step from x0, the impulses of the last step; empty: zero. `memory` is a solution whose
 // arrays are used again.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/budget.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "multibody/step/impacts.hpp"
 #include "multibody/step/lookahead.hpp"
@@ -52,39 +51,41 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
                          .recovery = attempt.recovers ? recovery_speed() : 0,
                          .displacing = recovery_speed(),
                          .restitution = restitution_speed()};
+  Budget& budget = clock.budget;
   // 1. and 2.
   const double start = clock.elapsed();
   observe(step, clock, state_, observed);
   clock.search = clock.elapsed() - start;
   const PositionErrors errors = observed.errors;
   // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
-  if (options_.max_iterations == 0 && Budget::work_left() == Budget::infinite_work)
-    Budget::limit_work(most_work(observed.contacts.size() + 6 * model.joints()));
+  if (options_.max_iterations == 0 && budget.work_left() == Budget::unlimited)
+    budget.limit_work(most_work(observed.contacts.size() + 6 * model.joints()));
   const bool corrected = correct(step, clock, position_elimination, state_, observed, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
+  Budget before_impacts(budget, (1 - step::share_after_impacts) * budget.left());
   const StepSolver at_impact{.simulation = options_,
                              .clock = clock,
+                             .budget = &before_impacts,
                              .elimination = impact_elimination,
                              .sums = sums,
                              .fastest = speeds};
-  clock.set_aside(step::share_after_impacts);
   const bool bounced = resolve_impacts(step, at_impact, state_, observed);
-  clock.set_aside(0);
   end_impacts(step, bounced, state_, observed);
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   clock.lap(&Timings::assembly);
+  Budget before_look(budget, (1 - step::share_of_lookahead) * budget.left());
   StepSolver solver{.simulation = options_,
                     .clock = clock,
+                    .budget = &before_look,
                     .elimination = elimination,
                     .sums = sums,
                     .fastest = speeds,
                     .corrected = corrected};
-  clock.set_aside(step::share_of_lookahead);
   solve(step, solver, observed, posed, solved);
-  clock.set_aside(0);
+  solver.budget = &budget;
   look_ahead(step, solver, observed, posed, solved);
   // 6. and 7.
   solved.path = StepPath::accurate;

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
-#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
+#include "amontons/base/interrupt.hpp"
 #include "amontons/base/threads.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 
@@ -164,7 +164,7 @@ Course run_worlds(WorldTrees trees, Worlds worlds, const Schedule& schedule,
   StopSign sign(interrupted);
   PoolLease pool(threads);
   pool->run(threads, [&](std::size_t) {
-    const Budget budget(infinity, [&] { return sign.stopped(); });
+    const Interrupt interrupt([&] { return sign.stopped(); });
     for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
       run(tree_of(trees, i), *worlds[i], i, schedule, sign, course);
       left.remove_one();

@@ -179,9 +179,9 @@ const char* remark(const Problem& problem) {
   return can_factor(problem) ? "" : "A is too large to factor: ";
 }
 
-Solution race_for(const Problem& problem, const Options& options, double work) {
+Solution race_for(const Problem& problem, const Options& options, Budget& budget, double work) {
   if (has_trees(problem) && problem.rows() <= choice::most_rows)
-    return race_for(as_matrix(problem), options, work);
+    return race_for(as_matrix(problem), options, budget, work);
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
@@ -191,30 +191,31 @@ Solution race_for(const Problem& problem, const Options& options, double work) {
   here.iterates = nullptr;
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
                                                 : field_of(problem, options, costs, held ? rest.bodies() : 0);
-  Solution s = race(problem, here, field, costs.factor, work, held ? &rest : nullptr);
+  Solution s = race(problem, here, budget, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
 }
 
 // One group of islands.
-Solution solve_one(const Problem& problem, const Options& options) {
+Solution solve_one(const Problem& problem, const Options& options, Budget& budget) {
   const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, choice::race_work + choice::race_work_per_block * blocks);
+  return race_for(problem, options, budget, choice::race_work + choice::race_work_per_block * blocks);
 }
 
 // Solves one group of islands after the direct way has failed.
-Solution solve_after_elimination(const Problem& problem, const Options& options) {
+Solution solve_after_elimination(const Problem& problem, const Options& options, Budget& budget) {
   const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, choice::late_race_work + choice::late_race_work_per_block * blocks);
+  return race_for(problem, options, budget,
+                  choice::late_race_work + choice::late_race_work_per_block * blocks);
 }
 
 // A device has the passes of two methods. All islands are one problem there, and rows of joints stay in it,
 // because many contacts use the device best. A method that stalls passes its best x to the other.
-Solution solve_on_device(const Problem& problem, const Options& options) {
+Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
   const Phase accelerated{apgd, "accelerated, on the device"}, spectral{spg, "on the device"};
   const bool many = problem.K.contacts() >= choice::many_contacts;
   return run_phases(
-      problem, options,
+      problem, options, budget,
       many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
 }
 
@@ -253,71 +254,72 @@ Solution better_of(Solution first, Solution second) {
 
 // One group of islands if another one has too many rows for the direct way: takes the direct way if this
 // group has few rows.
-Solution solve_directly_or_race(const Problem& problem, const Options& options) {
+Solution solve_directly_or_race(const Problem& problem, const Options& options, Budget& budget) {
   Elimination elimination;
   Solution s;
-  if (!elimination.solve(problem, options, s)) return solve_one(problem, options);
+  if (!elimination.solve(problem, options, budget, s)) return solve_one(problem, options, budget);
   name_elimination(s);
-  return s.status == Status::converged ? s
-                                       : better_of(std::move(s), solve_after_elimination(problem, options));
+  return s.status == Status::converged
+             ? s
+             : better_of(std::move(s), solve_after_elimination(problem, options, budget));
 }
 
 // Solves the whole problem once more after the direct way has failed. It starts from zero, because near the
 // best x Coulomb's law may have no solution. The work is bounded, so that a jammed robot does not stop a
 // simulation.
-Solution after_elimination(const Problem& problem, const Options& options, const Elimination& elimination,
-                           Solution s) {
+Solution after_elimination(const Problem& problem, const Options& options, Budget& budget,
+                           const Elimination& elimination, Solution s) {
   Options rest = options;
   rest.x0 = {};
-  rest.deadline = options.deadline - s.time;
-  if (s.status != Status::stalled || !elimination.fell_short() || !(rest.deadline > 0) ||
+  if (s.status != Status::stalled || !elimination.fell_short() || budget.late() ||
       off("race after elimination"))
     return s;
   if (options.max_iterations) {
     if (s.iterations >= options.max_iterations) return s;
     rest.max_iterations = options.max_iterations - s.iterations;
   }
-  return better_of(std::move(s), solve_by_islands(problem, rest, solve_after_elimination));
+  return better_of(std::move(s), solve_by_islands(problem, rest, budget, solve_after_elimination));
 }
 
 }  // namespace
 
 // A single problem: islands share the tolerance of the whole.
-Solution automatic(const Problem& problem, const Options& options) {
-  if (on_device(problem, options)) return solve_on_device(problem, options);
+Solution automatic(const Problem& problem, const Options& options, Budget& budget) {
+  if (on_device(problem, options)) return solve_on_device(problem, options, budget);
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
-    Solution s = solve_one(problem, options);
+    Solution s = solve_one(problem, options, budget);
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;
   Solution s;
-  if (!solve_directly(problem, options, elimination, s))
-    s = solve_by_islands(problem, options, solve_directly_or_race, ToleranceOf::whole);
+  if (!solve_directly(problem, options, budget, elimination, s))
+    s = solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::whole);
   if (s.reason.empty()) name_elimination(s);
   return s;
 }
 
 // Mechanisms with few contacts, and few contacts alone: all islands at once. A step of a simulation reuses
 // the memory, the analysis and nearly the solution of the last step.
-bool solve_directly(const Problem& problem, const Options& options, Elimination& elimination, Solution& s) {
+bool solve_directly(const Problem& problem, const Options& options, Budget& budget, Elimination& elimination,
+                    Solution& s) {
   if (on_device(problem, options)) return false;
-  if (!elimination.solve(problem, options, s)) return false;
-  s = after_elimination(problem, options, elimination, std::move(s));
+  if (!elimination.solve(problem, options, budget, s)) return false;
+  s = after_elimination(problem, options, budget, elimination, std::move(s));
   return true;
 }
 
-Solution solve_by_race(const Problem& problem, const Options& options) {
-  if (on_device(problem, options)) return solve_on_device(problem, options);
-  return solve_by_islands(problem, options, solve_directly_or_race, ToleranceOf::each);
+Solution solve_by_race(const Problem& problem, const Options& options, Budget& budget) {
+  if (on_device(problem, options)) return solve_on_device(problem, options, budget);
+  return solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::each);
 }
 
 // A step of a simulation.
-Solution automatic(const Problem& problem, const Options& options, Elimination& elimination,
+Solution automatic(const Problem& problem, const Options& options, Budget& budget, Elimination& elimination,
                    Solution memory) {
   Solution s = std::move(memory);
-  if (!solve_directly(problem, options, elimination, s)) s = solve_by_race(problem, options);
+  if (!solve_directly(problem, options, budget, elimination, s)) s = solve_by_race(problem, options, budget);
   return s;
 }
 

@@ -49,17 +49,15 @@ class FrozenPath : public VectorIterate {
     o.max_iterations = choice::frozen_path_iterations;
     o.history = false;
     o.callback = nullptr;
-    o.deadline = std::max(least_deadline, options.deadline - monitor.elapsed());
     const Problem frozen = with_frozen_term(problem, u);
-    Solution path = central_path(frozen, o);
+    Solution path = central_path(frozen, o, monitor.budget());
     count(path);
     // 2.
     o.law = options.law;
     o.x0 = path.x;
     o.tolerance = options.tolerance;
     o.max_iterations = choice::frozen_burst;
-    o.deadline = std::max(least_deadline, options.deadline - monitor.elapsed());
-    Solution s = apgd(problem, o);
+    Solution s = apgd(problem, o, monitor.budget());
     count(s);
     const double before = map_;
     x = std::move(s.x);
@@ -81,8 +79,8 @@ class FrozenPath : public VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_frozen_path(const Problem& problem, const Options& options) {
-  return drive<FrozenPath>(problem, options);
+std::unique_ptr<Run> start_frozen_path(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<FrozenPath>(problem, options, budget);
 }
 
 }  // namespace amontons

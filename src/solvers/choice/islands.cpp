@@ -191,16 +191,16 @@ void extract(const Problem& whole, std::span<const std::size_t> members, std::ve
   Extraction(whole, body_number, part).take(members);
 }
 
-Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
+Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method,
                           ToleranceOf tolerance) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || A->constrained || options.history || options.callback) return method(problem, options);
+  if (!A || A->constrained || options.history || options.callback) return method(problem, options, budget);
   std::vector<Index> island;
   // A warm start, options and law go to every part. The parts are solved in turn, so that results do not
   // depend on threads, and only the memory of one part is in use at a time.
   std::size_t count = find_islands(problem.graph, island);
   if (count > 1) count = gather(A->contacts.size(), count, island);
-  if (count <= 1) return method(problem, options);
+  if (count <= 1) return method(problem, options, budget);
 
   const Time start = std::chrono::steady_clock::now();
   std::vector<std::vector<std::size_t>> members(count);
@@ -237,14 +237,11 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Method
     }
     // The remaining time and work are shared by size, so that a hard island cannot take all. A group has at
     // least half of an even share: a few bodies beside a large wall need more than their share of contacts.
-    // The share is above zero, because a deadline must be.
     const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
                                          0.5 / static_cast<double>(count - i));
-    o.deadline = std::max(least_deadline, options.deadline - seconds_since(start)) * part_of_rest;
-    const Budget share(std::numeric_limits<double>::infinity(), {}, Budget::Catches::no,
-                       Budget::work_left() * part_of_rest);
+    Budget share(budget, part_of_rest * budget.left(), part_of_rest * budget.work_left());
     left -= members[i].size();
-    add_part(total, method(part.problem, o), part, options.tolerance, worst);
+    add_part(total, method(part.problem, o, share), part, options.tolerance, worst);
   }
   // Measured by a product of the whole problem: the islands together meet the tolerance if each does.
   measure(problem, law_of(problem, options), total);

@@ -82,10 +82,10 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
 
 class Race {
  public:
-  Race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-       FactorCost factor, double work, ConstrainedProblem* rest)
-      : problem_(problem), options_(options), rest_(rest), factor_(factor) {
-    const bool limited = options.max_iterations > 0 || std::isfinite(options.deadline);
+  Race(const Problem& problem, const Options& options, Budget& budget,
+       const std::vector<Contender>& contenders, FactorCost factor, double work, ConstrainedProblem* rest)
+      : problem_(problem), options_(options), budget_(budget), rest_(rest), factor_(factor) {
+    const bool limited = options.max_iterations > 0 || std::isfinite(budget.left());
     work_ = limited ? std::numeric_limits<double>::infinity() : work;
     runners_.resize(contenders.size());
     for (std::size_t i = 0; i < contenders.size(); ++i) runners_[i].of = &contenders[i];
@@ -125,6 +125,7 @@ class Race {
 
   const Problem& problem_;
   const Options& options_;
+  Budget& budget_;
   ConstrainedProblem* rest_;
   FactorCost factor_;
   const Time clock_ = std::chrono::steady_clock::now();
@@ -145,7 +146,7 @@ class Race {
 // factorisation.
 double Race::analysed() const {
   constexpr double never = 1e18;  // ns; not tuned: thirty years
-  const Budget until_deadline(options_.deadline - seconds_since(clock_), {}, Budget::Catches::yes);
+  const LeaveScope scope(budget_);
   try {
     return factor_.analyse(problem_);
   } catch (const LeftEarly&) {
@@ -156,7 +157,7 @@ double Race::analysed() const {
 Runner* Race::favourite() {
   Runner* favourite = nullptr;
   double least = std::numeric_limits<double>::infinity();
-  const double time_left = 1e9 * (options_.deadline - seconds_since(clock_));  // not tuned: ns per s
+  const double time_left = 1e9 * budget_.left();  // not tuned: ns per s
   for (Runner& r : runners_) {
     if (!r.run && !r.may_start()) continue;
     // A deadline during a factorisation would leave the caller without a result.
@@ -176,11 +177,10 @@ Runner* Race::favourite() {
   return favourite;
 }
 
-// A contender starts from the best x of all, as a run of its own with the rest of the caller's limits.
+// A contender starts from the best x of all, as a run of its own within the caller's limits.
 void Race::start(Runner& r) {
   Options o = options_;
   if (watch_) o.callback = watch_;
-  o.deadline = std::max(least_deadline, options_.deadline - seconds_since(clock_));
   o.max_iterations = r.of->limit ? std::min(r.of->limit, iterations_left()) : options_.max_iterations;
   const Runner* from = nullptr;
   double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
@@ -199,7 +199,8 @@ void Race::start(Runner& r) {
     o.x0 = r.x0;
   }
   r.seen = 0;
-  r.run = rest_ && r.of->constrained ? rest_->start(r.of->start, o) : r.of->start(problem_, o);
+  r.run =
+      rest_ && r.of->constrained ? rest_->start(r.of->start, o, budget_) : r.of->start(problem_, o, budget_);
   r.started_after = std::chrono::duration<double>(r.run->started() - clock_).count();
   r.marks.clear();
   r.record = total_.phases.size();
@@ -231,8 +232,8 @@ void Race::turn(Runner& r) {
     total_.history.push_back(among_all(own[r.seen]));
   if (over) end(r);
   if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
-  if (!ended_ && options_.deadline < seconds_since(clock_)) ended_ = Status::deadline;
-  if (!ended_ && (spent_ > work_ || Budget::exhausted())) ended_ = Status::stalled;
+  if (!ended_ && budget_.late()) ended_ = Status::deadline;
+  if (!ended_ && (spent_ > work_ || budget_.exhausted())) ended_ = Status::stalled;
 }
 
 // Counts before this turn of r, without those of r in this run: its records continue from there.
@@ -302,9 +303,10 @@ Solution Race::result() {
 
 }  // namespace
 
-Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-              FactorCost factor, double work, ConstrainedProblem* rest) {
-  return Race(problem, options, contenders, factor, work, rest).run();
+Solution race(const Problem& problem, const Options& options, Budget& budget,
+              const std::vector<Contender>& contenders, FactorCost factor, double work,
+              ConstrainedProblem* rest) {
+  return Race(problem, options, budget, contenders, factor, work, rest).run();
 }
 
 }  // namespace amontons

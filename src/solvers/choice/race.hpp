@@ -47,7 +47,8 @@ struct Contender {
 // all, and `method` the one that made it. `phases` and `reason` list the contenders in the order of their
 // starts. Counts, time and history are those of the whole race. `rest`: the problem without its bilateral
 // rows, or null.
-Solution race(const Problem& problem, const Options& options, const std::vector<Contender>& contenders,
-              FactorCost factor, double work, ConstrainedProblem* rest = nullptr);
+Solution race(const Problem& problem, const Options& options, Budget& budget,
+              const std::vector<Contender>& contenders, FactorCost factor, double work,
+              ConstrainedProblem* rest = nullptr);
 
 }  // namespace amontons

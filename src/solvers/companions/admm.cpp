@@ -80,7 +80,7 @@ class Admm : public VectorIterate {
       for (int k = 0; k < S::dim; ++k) r[(S::dim + 1) * k] = 1 / std::sqrt(rho_ * problem.P[block]);
     });
     system_->factor(R_);
-    ++monitor.factorizations;
+    monitor.count_factorization(system_->factor_work());
   }
 
   // z = Pi_K(t), u = A z + b
@@ -158,12 +158,12 @@ class Admm : public VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_admm(const Problem& problem, const Options& options) {
-  return drive<Admm>(problem, options);
+std::unique_ptr<Run> start_admm(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<Admm>(problem, options, budget);
 }
 
-Solution admm(const Problem& problem, const Options& options) {
-  return complete(start_admm(problem, options));
+Solution admm(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(start_admm(problem, options, budget));
 }
 
 }  // namespace amontons

@@ -155,22 +155,22 @@ struct GaussSeidel : VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_gauss_seidel(const Problem& problem, const Options& options) {
+std::unique_ptr<Run> start_gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
   return std::visit(
       [&]<class Op>(const Op&) -> std::unique_ptr<Run> {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
         else if constexpr (std::is_same_v<Op, ContactSystem>)
-          return drive<GaussSeidel<BodySweep>>(problem, options);
+          return drive<GaussSeidel<BodySweep>>(problem, options, budget);
         else
-          return drive<GaussSeidel<MatrixSweep<Op>>>(problem, options);
+          return drive<GaussSeidel<MatrixSweep<Op>>>(problem, options, budget);
       },
       problem.A);
 }
 
-Solution gauss_seidel(const Problem& problem, const Options& options) {
-  return complete(start_gauss_seidel(problem, options));
+Solution gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(start_gauss_seidel(problem, options, budget));
 }
 
 }  // namespace amontons

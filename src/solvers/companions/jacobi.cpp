@@ -8,8 +8,8 @@
 
 #include <cmath>
 
-#include "amontons/base/budget.hpp"
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/leave.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 
 namespace amontons {
@@ -30,7 +30,7 @@ double largest_eigenvalue(const Problem& problem, Monitor& monitor) {
   for (std::size_t i = 0; i < m; ++i) v[i] = 1 + 0.5 * elementary::sin(1.0 + i);
   double lambda = 0;
   for (int k = 0; k < power_iterations; ++k) {
-    Budget::leave_if_due();
+    leave_if_due();
     double norm = 0;
     for (double value : v) norm += value * value;
     norm = std::sqrt(norm);
@@ -74,8 +74,8 @@ struct Jacobi : VectorIterate {
 
 }  // namespace
 
-Solution jacobi(const Problem& problem, const Options& options) {
-  return complete(drive<Jacobi>(problem, options));
+Solution jacobi(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(drive<Jacobi>(problem, options, budget));
 }
 
 }  // namespace amontons

@@ -163,8 +163,8 @@ class SpgLiteral : public VectorIterate {
 
 }  // namespace
 
-Solution spg_literal(const Problem& problem, const Options& options) {
-  return complete(drive<SpgLiteral>(problem, options));
+Solution spg_literal(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(drive<SpgLiteral>(problem, options, budget));
 }
 
 }  // namespace amontons

@@ -20,14 +20,14 @@ namespace {
 // that rounding and removes it if necessary.
 class ConstrainedRun final : public Run {
  public:
-  ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options)
+  ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options, Budget& budget)
       : problem_(problem), options_(options) {
     Options inner = options;
     inner.tolerance = direct::constrained_share * options.tolerance / problem.ratio();
     // The start drops impulses of bilateral rows: they follow from the others.
     if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
     inner.x0 = x0_;
-    inner_ = starter(problem.rest(), inner);
+    inner_ = starter(problem.rest(), inner, budget);
   }
   bool advance(std::size_t iterations) override { return inner_->advance(iterations); }
   const char* name() const override { return inner_->name(); }
@@ -127,8 +127,8 @@ void ConstrainedProblem::extend(std::span<const double> rest, std::vector<double
   mechanism_.hold(*problem_, x, wrenches_, z_);
 }
 
-std::unique_ptr<Run> ConstrainedProblem::start(Starter starter, const Options& options) {
-  return std::make_unique<ConstrainedRun>(*this, starter, options);
+std::unique_ptr<Run> ConstrainedProblem::start(Starter starter, const Options& options, Budget& budget) {
+  return std::make_unique<ConstrainedRun>(*this, starter, options, budget);
 }
 
 }  // namespace amontons

@@ -25,7 +25,7 @@ class ConstrainedProblem {
   std::size_t bodies() const { return held_.size(); }
 
   // A run on the remaining rows whose x, residuals and tolerance are those of the whole problem.
-  std::unique_ptr<Run> start(Starter starter, const Options& options);
+  std::unique_ptr<Run> start(Starter starter, const Options& options, Budget& budget);
 
   const Problem& whole() const { return *problem_; }
   // Ratio of residuals, whole problem to remaining rows: each is relative to that of zero impulses.

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/budget.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "solvers/direct/island_solver.hpp"
@@ -20,6 +19,7 @@ namespace amontons {
 struct Elimination::Memory {
   const Problem* problem = nullptr;
   const Options* options = nullptr;
+  Budget* budget = nullptr;
   // Natural maps: at zero impulses; the target of all islands together; the target of each.
   double scale = 0, whole = 0;
   std::vector<double> target;
@@ -115,7 +115,7 @@ bool Elimination::Memory::reduce(const Problem& p) {
   in_trees = trees.analyse(p, direct::most_rows_on_joints);
   if (in_trees) {
     trees.factor(p);
-    Budget::spend(trees.work() / Budget::multiplications);
+    budget->spend(trees.work() / Budget::multiplications);
     return true;
   }
   const bool on_joints = 2 * p.K.all<Bilateral>().size() > p.rows();
@@ -123,21 +123,21 @@ bool Elimination::Memory::reduce(const Problem& p) {
                          direct::most_factor_work) ||
       !reduction.factor(p))
     return false;
-  Budget::spend(reduction.work() / Budget::multiplications);
+  budget->spend(reduction.work() / Budget::multiplications);
   return true;
 }
 
-bool Elimination::solve(const Problem& problem, const Options& options, Solution& s) {
+bool Elimination::solve(const Problem& problem, const Options& options, Budget& budget, Solution& s) {
   if (options.history || options.callback) return false;
   const auto start = std::chrono::steady_clock::now();
   Memory& m = *memory_;
-  const Budget budget(options.deadline);
+  m.budget = &budget;
   if (!m.reduce(problem)) return false;
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
   m.whole = direct::island_share * options.tolerance * m.scale;
-  m.small.begin();
+  m.small.begin(budget);
   // Reused, not replaced: its arrays keep their memory.
   s.phases.clear();
   s.history.clear();
@@ -151,7 +151,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
   // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
   for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
-                      m.solved() && !Budget::late();
+                      m.solved() && !budget.late();
        ++round) {
     for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
@@ -162,7 +162,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Solution
   for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
   s.time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   s.status = s.residual <= options.tolerance ? Status::converged
-             : Budget::late()                ? Status::deadline
+             : budget.late()                 ? Status::deadline
                                              : Status::stalled;
   s.method = "elimination";
   return true;
@@ -178,7 +178,6 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||
       !mechanism.factor(problem))
     return false;
-  Budget::spend(mechanism.K().work() / Budget::multiplications);
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);
   return true;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "amontons/base/ablation.hpp"
-#include "amontons/base/budget.hpp"
+#include "amontons/base/interrupt.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
@@ -73,7 +73,8 @@ double IslandSolver::keep_better(const std::vector<double>& x, const std::vector
   return map;
 }
 
-void IslandSolver::begin() {
+void IslandSolver::begin(Budget& budget) {
+  budget_ = &budget;
   ended_ = false;
   unpaid_ = 0;
 }
@@ -120,10 +121,10 @@ bool IslandSolver::has_budget() {
 
 // Charges the work since the last call, and checks whether the allowance is used up.
 void IslandSolver::pay() {
-  Budget::spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
+  budget_->spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
   unpaid_ = 0;
   paid_ = work_;
-  ended_ = ended_ || Budget::exhausted() || Budget::late() || Budget::interrupted();
+  ended_ = ended_ || budget_->exhausted() || budget_->late() || Interrupt::requested();
 }
 
 // Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
@@ -168,7 +169,7 @@ void IslandSolver::follow_curve() {
   // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
   // over rows.
   const std::size_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
-  const double left_to_all = std::max(0.0, Budget::work_left()) * multiplications_in_unit;
+  const double left_to_all = std::max(0.0, budget_->work_left()) * multiplications_in_unit;
   if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
     return;
   most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "amontons/base/budget.hpp"
 #include "solvers/central_path/central_curve.hpp"
 #include "solvers/direct/island_system.hpp"
 #include "solvers/direct/newton_direction.hpp"
@@ -27,9 +28,9 @@ class IslandSolver {
     double map;   // natural map of the returned x, the best seen
     std::size_t iterations, factorizations;
   };
-  // Call before the first of several solves, which share the rest of the work of the thread's Budget. No
-  // result depends on earlier calls: a simulation that was saved and loaded gives the same bits.
-  void begin();
+  // Call before the first of several solves, which share the budget. No result depends on earlier
+  // calls: a simulation that was saved and loaded gives the same bits.
+  void begin(Budget& budget);
   // x: the start, if it has as many entries as the island has rows; then the best x seen. Its memory is kept.
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
@@ -56,6 +57,7 @@ class IslandSolver {
   void follow_curve();
   void go_to_best();
 
+  Budget* budget_ = nullptr;
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   Limits limits_{};

@@ -11,7 +11,10 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
   units_.make(*K_, island.q, mobility);
   set_q(island.q);
   const std::size_t m = island.rows();
-  island.thin.empty() ? void(W_ = island.W) : island.thin.fill(W_);
+  if (island.thin.empty())
+    W_ = island.W;
+  else
+    island.thin.fill(W_);
   stride_ = factor_stride(m);
   matrix_.assign(m * stride_, 0.0);
   columns_.resize(m * factor_columns);

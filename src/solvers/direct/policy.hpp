@@ -18,6 +18,7 @@ inline constexpr std::size_t most_rows_on_joints = 300;
 // Work (multiplications): limit of a factorisation of K, 10 ms. Trees need 2000 per body, loops that cross
 // may cause much fill.
 inline constexpr double most_factor_work = 2e7;
+
 // Accuracy.
 
 // Compliance (relative to the diagonal of A): least of a bilateral row in K. Redundant rows then have a pivot
@@ -63,6 +64,7 @@ inline constexpr double proximal_rise = 10;
 inline constexpr double slow_step = 0.1;
 // Proximal term (relative to the diagonal of W): rounding of W.
 inline constexpr double smallest_proximal = 1e-13;
+
 // Work.
 
 // Work (multiplications): of an island without the curve, beside twice the cube of its rows; 5 ms.

@@ -33,9 +33,9 @@ bool infeasible(const Problem& problem, Law law, std::span<const double> x, std:
 
 }  // namespace
 
-Monitor::Monitor(const Options& options, const Limits& limits)
+Monitor::Monitor(const Options& options, const Limits& limits, Budget& budget)
     : options_(options),
-      deadline_(std::min(options.deadline, Budget::left())),
+      budget_(budget),
       start_(std::chrono::steady_clock::now()),
       limit_(options.max_iterations ? options.max_iterations : limits.iterations),
       stall_window_(limits.stall_window) {
@@ -52,10 +52,10 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
   const IterationRecord record{iterations_, products, now, residual, best_, objective, step, backtracks};
   if (options_.history) history.push_back(record);
   if (residual <= options_.tolerance) return Status::converged;
-  if (stopped_ || Budget::interrupted() || (options_.callback && options_.callback(record)))
+  if (stopped_ || Interrupt::requested() || (options_.callback && options_.callback(record)))
     return Status::interrupted;
-  if (now > deadline_) return Status::deadline;
-  if (iterations_ >= limit_ || Budget::exhausted()) return Status::iteration_limit;
+  if (budget_.late()) return Status::deadline;
+  if (iterations_ >= limit_ || budget_.exhausted()) return Status::iteration_limit;
   // Stagnation is measured on the best residual, because the current one rises and falls.
   if (best_ <= progress * milestone_) {
     milestone_ = best_;

@@ -29,11 +29,10 @@ void append_history(Solution& total, const Solution& part) {
   }
 }
 
-// Options of one row: the smaller of its own limit and the caller's remaining `left` iterations, the rest of
-// the deadline, and records that continue those of earlier rows.
+// Options of one row: the smaller of its own limit and the caller's remaining `left` iterations, and records
+// that continue those of earlier rows.
 Options options_of(const Phase& phase, const Options& options, const Solution& total, std::size_t left) {
   Options o = options;
-  o.deadline = options.deadline - total.time;
   o.max_iterations = phase.iterations;
   if (options.max_iterations) o.max_iterations = o.max_iterations ? std::min(left, o.max_iterations) : left;
   if (options.callback)
@@ -70,10 +69,10 @@ void add_part(Solution& total, const Solution& part, const Phase& phase, const O
 
 // Whether no further row may run: limits of the caller or of the step, an interrupt, or a proof of
 // infeasibility.
-bool ends(const Solution& total, const Solution& part, const Options& options) {
-  return (options.max_iterations && total.iterations >= options.max_iterations) ||
-         total.time >= options.deadline || Budget::exhausted() || part.status == Status::interrupted ||
-         part.status == Status::deadline || part.status == Status::infeasible;
+bool ends(const Solution& total, const Solution& part, const Options& options, const Budget& budget) {
+  return (options.max_iterations && total.iterations >= options.max_iterations) || budget.late() ||
+         budget.exhausted() || part.status == Status::interrupted || part.status == Status::deadline ||
+         part.status == Status::infeasible;
 }
 
 }  // namespace
@@ -106,7 +105,8 @@ std::string describe(const std::vector<PhaseRecord>& phases) {
   return text;
 }
 
-Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table) {
+Solution run_phases(const Problem& problem, const Options& options, Budget& budget,
+                    const std::vector<Phase>& table) {
   Solution total;  // the best and the sums so far
   for (const Phase& phase : table) {
     // The first row starts as the caller's options say, because there is no earlier result.
@@ -116,9 +116,9 @@ Solution run_phases(const Problem& problem, const Options& options, const std::v
                                                     : std::numeric_limits<std::size_t>::max();
     Options o = options_of(phase, options, total, left);
     if (!first) o.x0 = total.x;
-    const Solution part = phase.method(problem, o);
+    const Solution part = phase.method(problem, o, budget);
     add_part(total, part, phase, options, left);
-    if (ends(total, part, options)) break;
+    if (ends(total, part, options, budget)) break;
   }
   if (table.size() > 1) total.reason = describe(total.phases);
   return total;

@@ -113,12 +113,12 @@ class Apgd {
 
 }  // namespace
 
-std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options) {
-  return start_over_iterate<Apgd>(problem, options);
+std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options, Budget& budget) {
+  return start_over_iterate<Apgd>(problem, options, budget);
 }
 
-Solution apgd(const Problem& problem, const Options& options) {
-  return complete_where(start_apgd(problem, options), problem, options);
+Solution apgd(const Problem& problem, const Options& options, Budget& budget) {
+  return complete_where(start_apgd(problem, options, budget), problem, options);
 }
 
 }  // namespace amontons

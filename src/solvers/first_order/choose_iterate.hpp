@@ -30,16 +30,17 @@ auto with_iterate(const Problem& problem, const Options& options, F&& f) {
 // A run of a method over that iterate. A separate function, because Clang 22 does not emit the virtual
 // functions of a class template that it first meets inside a generic lambda.
 template <template <Iterate> class Method, class Make>
-std::unique_ptr<Run> started(const Problem& problem, const Options& options, Make make) {
+std::unique_ptr<Run> started(const Problem& problem, const Options& options, Budget& budget, Make make) {
   using Over = Method<decltype(make())>;
   Options own = options;  // the run keeps a copy
   own.law = law_of(problem, options);
   return std::make_unique<Driven<Over>>(
-      problem, own, [&](const Options& o, Monitor& monitor) { return Over(o, monitor, make()); });
+      problem, own, budget, [&](const Options& o, Monitor& monitor) { return Over(o, monitor, make()); });
 }
 template <template <Iterate> class Method>
-std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& options) {
-  return with_iterate(problem, options, [&](auto make) { return started<Method>(problem, options, make); });
+std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& options, Budget& budget) {
+  return with_iterate(problem, options,
+                      [&](auto make) { return started<Method>(problem, options, budget, make); });
 }
 
 // Completes a run over such an iterate and records its place. A source is queried twice, here and before the

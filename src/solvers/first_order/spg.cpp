@@ -144,12 +144,12 @@ class Spg {
 
 }  // namespace
 
-std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options) {
-  return start_over_iterate<Spg>(problem, options);
+std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options, Budget& budget) {
+  return start_over_iterate<Spg>(problem, options, budget);
 }
 
-Solution spg(const Problem& problem, const Options& options) {
-  return complete_where(start_spg(problem, options), problem, options);
+Solution spg(const Problem& problem, const Options& options, Budget& budget) {
+  return complete_where(start_spg(problem, options, budget), problem, options);
 }
 
 }  // namespace amontons

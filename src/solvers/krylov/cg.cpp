@@ -55,7 +55,7 @@ struct Factored {
     std::vector<double> R(system.factor_size());
     for (std::size_t b = 0; b < R.size(); ++b) R[b] = 1 / std::sqrt(shift * problem.P[b]);
     system.factor(R);
-    ++monitor.factorizations;
+    monitor.count_factorization(system.factor_work());
   }
   void operator()(const std::vector<double>& r, std::vector<double>& z) {
     // A refinement would need more products than the iterations that it saves.
@@ -115,19 +115,19 @@ struct ConjugateGradients : VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_cg(const Problem& problem, const Options& options) {
-  return drive<ConjugateGradients<Diagonal>>(problem, options);
+std::unique_ptr<Run> start_cg(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<ConjugateGradients<Diagonal>>(problem, options, budget);
 }
 
-std::unique_ptr<Run> start_factored_cg(const Problem& problem, const Options& options) {
-  return drive<ConjugateGradients<Factored>>(problem, options);
+std::unique_ptr<Run> start_factored_cg(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<ConjugateGradients<Factored>>(problem, options, budget);
 }
 
-Solution cg(const Problem& problem, const Options& options) {
+Solution cg(const Problem& problem, const Options& options, Budget& budget) {
   AMONTONS_REQUIRE(problem.K.all_bilateral(),
                    "cg solves purely bilateral problems (every cone R) only; this one has inequalities or "
                    "friction: use p-spg-fb");
-  return complete(start_cg(problem, options));
+  return complete(start_cg(problem, options, budget));
 }
 
 }  // namespace amontons

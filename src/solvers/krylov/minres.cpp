@@ -105,12 +105,12 @@ struct Minres : VectorIterate {
 
 }  // namespace
 
-Solution minres(const Problem& problem, const Options& options) {
+Solution minres(const Problem& problem, const Options& options, Budget& budget) {
   AMONTONS_REQUIRE(
       problem.K.all_bilateral(),
       "minres solves purely bilateral problems (every cone R) only; this one has inequalities or "
       "friction: use p-spg-fb");
-  return complete(drive<Minres>(problem, options));
+  return complete(drive<Minres>(problem, options, budget));
 }
 
 }  // namespace amontons

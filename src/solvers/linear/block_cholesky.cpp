@@ -20,7 +20,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "amontons/base/budget.hpp"
+#include "amontons/base/leave.hpp"
 #include "solvers/linear/block_order.hpp"
 #include "solvers/linear/front_kernel.hpp"
 
@@ -85,7 +85,7 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
   }
   const std::size_t front_entries = largest_front * (largest_front + 8);
   const auto entries = static_cast<double>(panel_entries + front_entries + largest_stack);
-  Budget::leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
+  leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
   sides_[lower].panels.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
   sides_[lower].front.resize(front_entries);
   sides_[lower].stack.resize(largest_stack);
@@ -105,7 +105,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
     adjacency[i].push_back(j);
     adjacency[j].push_back(i);
   }
-  Budget::leave_if_due();
+  leave_if_due();
   for (auto& neighbours : adjacency) {
     std::sort(neighbours.begin(), neighbours.end());
     neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
@@ -113,7 +113,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   // Relabel in postorder: a supernode is then a range of nodes, and children precede parents on a stack.
   const std::vector<int> found = order_blocks(adjacency, positions);
   const std::vector<int> post = postorder(elimination_tree(found, adjacency));
-  Budget::leave_if_due();
+  leave_if_due();
   std::vector<int> sequence(n);
   for (int k = 0; k < n; ++k) sequence[k] = found[post[k]];
   const std::vector<int> parent = elimination_tree(sequence, adjacency);
@@ -137,7 +137,7 @@ void BlockCholesky::order(std::span<const int> sizes, std::span<const std::pair<
   std::vector<int> mark(n, -1);
   std::vector<std::vector<int>> children(n);
   for (int k = 0; k < n; ++k) {
-    if (k % 64 == 63) Budget::leave_if_due();
+    if (k % 64 == 63) leave_if_due();
     mark[k] = k;
     // mark[i] = k: structure[k] already contains node i.
     const auto add = [&](int i) {
@@ -241,7 +241,7 @@ void BlockCholesky::set_zero(bool symmetric) {
   symmetric_ = symmetric;
   const bool grows = !symmetric && sides_[upper].panels.empty();
   const auto entries = static_cast<double>(sides_[lower].panels.size());
-  Budget::leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
+  leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
   if (grows) sides_[upper] = sides_[lower];
   for (Triangle& side : std::span(sides_, symmetric ? 1 : 2))
     std::fill(side.panels.begin(), side.panels.end(), 0.0);
@@ -291,7 +291,7 @@ int factor_front(double* lower, double* upper, int front, int stride, int column
                                         piece, pack)
                     : AMONTONS_DISPATCH(partial_cholesky, lower + corner, front - first, stride, piece, pack);
     first += piece;
-    if (first < columns) Budget::leave_if_due();
+    if (first < columns) leave_if_due();
   }
   return replaced;
 }
@@ -342,15 +342,14 @@ int BlockCholesky::factor() {
   std::size_t top = 0;
   const double work = (symmetric_ ? 1 : 2) * factor_work_;
   const std::span<Triangle> sides(sides_, symmetric_ ? 1 : 2);
-  Budget::spend(work / Budget::multiplications);
-  Budget::leave_if_due(seconds());
-  const auto start = Budget::Clock::now();
+  leave_if_due(seconds());
+  const auto start = std::chrono::steady_clock::now();
   double watched = 0;  // work since the last reading of the clock
   for (const Supernode& s : supernodes_) {
     watched += 0.5 * s.columns * static_cast<double>(s.front) * s.front;
     if (watched > unwatched_work) {
       watched = 0;
-      Budget::leave_if_due();
+      leave_if_due();
     }
     for (Triangle& side : sides) take(side, s, top);
     replaced += factor_front(sides_[lower].front.data(), symmetric_ ? nullptr : sides_[upper].front.data(),
@@ -361,7 +360,7 @@ int BlockCholesky::factor() {
     top += square(s.front - s.columns);
   }
   if (work > shortest_measured)
-    pace.store(std::chrono::duration<double>(Budget::Clock::now() - start).count() / work,
+    pace.store(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / work,
                std::memory_order_relaxed);
   return replaced;
 }

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "amontons/base/budget.hpp"
+#include "amontons/base/leave.hpp"
 
 namespace amontons {
 
@@ -36,7 +36,7 @@ std::vector<int> minimum_degree(const BlockGraph& graph) {
   const int n = static_cast<int>(graph.size());
   std::vector<Eigen::Triplet<char>> entries;
   for (int i = 0; i < n; ++i) {
-    if (i % 64 == 63) Budget::leave_if_due();
+    if (i % 64 == 63) leave_if_due();
     entries.emplace_back(i, i, 1);
     for (int j : graph[i]) entries.emplace_back(i, j, 1);
   }
@@ -44,7 +44,7 @@ std::vector<int> minimum_degree(const BlockGraph& graph) {
   Eigen::SparseMatrix<char> pattern(n, n);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Budget::leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
+  leave_if_due(ordering_cost * static_cast<double>(pattern.nonZeros()));
   Eigen::AMDOrdering<int>()(pattern, permutation);
   return {permutation.indices().data(), permutation.indices().data() + n};
 }
@@ -58,7 +58,7 @@ double factor_work(const std::vector<int>& order, const BlockGraph& graph) {
   std::vector<double> length(n, 1);
   for (int k = 0; k < n; ++k) position[order[k]] = k;
   for (int k = 0; k < n; ++k) {
-    if (k % 64 == 63) Budget::leave_if_due();
+    if (k % 64 == 63) leave_if_due();
     mark[k] = k;
     for (int neighbour : graph[order[k]])
       for (int i = position[neighbour]; i < k && mark[i] != k; i = parent[i]) {
@@ -98,7 +98,7 @@ class Dissection {
 
   // Appends the blocks of a part to the order.
   void divide(std::vector<int> part) {
-    Budget::leave_if_due();
+    leave_if_due();
     if (part.size() <= small_part) return append_small(part);
     const Cut cut = best_cut(part);
     if (cut.border >= static_cast<int>(part.size()) / 4) return append_small(part);  // no plane divides it

@@ -25,8 +25,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/budget.hpp"
 #include "amontons/base/error.hpp"
+#include "amontons/base/leave.hpp"
 #include "solvers/linear/body_kernel.hpp"
 #include "solvers/linear/small_roots.hpp"
 
@@ -146,7 +146,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
     // The first entry of a pair creates it; stamp[J] = I means that pair_of[J] belongs to this block row.
     if (J > I || value == 0) return;
     if (stamp[J] != I) {
-      Budget::leave_if_due_at(pairs_.size());
+      leave_if_due_at(pairs_.size());
       stamp[J] = I;
       pair_of[J] = static_cast<int>(pairs_.size());
       pairs_.push_back({I, J, pair_values_.size(), {}});
@@ -157,7 +157,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
   });
   cholesky_ = BlockCholesky(sizes, edges);
   for (Pair& pair : pairs_) {
-    Budget::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     pair.slot = cholesky_.slot(pair.i, pair.j);
   }
   for (Block& block : blocks_) {
@@ -267,7 +267,7 @@ void ShiftedSystem::assemble_bodies() {
 void ShiftedSystem::assemble_pairs() {
   const std::span<double> H = cholesky_.panels();
   for (const Pair& pair : pairs_) {
-    Budget::leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
     const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
     double AR[largest_dim * largest_dim];

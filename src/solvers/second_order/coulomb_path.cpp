@@ -56,6 +56,7 @@ class LargeSystem {
     });
     return system_.factor(scaled_R_, J_) == 0 ? system_.sign() : 0;
   }
+  double factor_work() const { return system_.factor_work(); }
   bool solve(std::span<const double> q, std::span<double> z, int refinements) {
     each([&]<int n>(std::size_t block, std::size_t row) {
       const double* r = &R_[offset(block)];
@@ -96,7 +97,7 @@ class CoulombPath : public VectorIterate {
     return evaluate_iterate();
   }
   std::optional<double> step() {
-    ++monitor.factorizations;
+    monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
     stale_ = monitor.improved() || curve_.t() > near_the_end ? 0 : stale_ + 1;
     if (stale_ == most_stale || !curve_.step() || curve_.t() < end_of_curve) return std::nullopt;
@@ -118,8 +119,8 @@ class CoulombPath : public VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_coulomb_path(const Problem& problem, const Options& options) {
-  return drive<CoulombPath>(problem, options);
+std::unique_ptr<Run> start_coulomb_path(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<CoulombPath>(problem, options, budget);
 }
 
 }  // namespace amontons

@@ -119,7 +119,7 @@ void InteriorPoint::scale_blocks(auto&& scale) {
 
 void InteriorPoint::factor() {
   system_->factor(R_);
-  ++monitor.factorizations;
+  monitor.count_factorization(system_->factor_work());
 }
 
 // Start: the solution of the problem without inequalities but with a unit proximal term, min 1/2 <x, A x + 2
@@ -235,30 +235,31 @@ std::optional<double> InteriorPoint::step() {
   return map_ = evaluate();
 }
 
-Solution path_of_frozen_terms(const Problem& problem, const Options& options) {
-  return complete(start_path_of_frozen_terms(problem, options));
+Solution path_of_frozen_terms(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(start_path_of_frozen_terms(problem, options, budget));
 }
 
 }  // namespace
 
-std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options) {
+std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options, Budget& budget) {
   return law_of(problem, options) == Law::coulomb && problem.K.has_friction()
-             ? start_coulomb_path(problem, options)
-             : drive<InteriorPoint>(problem, options);
+             ? start_coulomb_path(problem, options, budget)
+             : drive<InteriorPoint>(problem, options, budget);
 }
 
-std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options) {
-  return drive<InteriorPoint>(problem, options);
+std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options,
+                                                Budget& budget) {
+  return drive<InteriorPoint>(problem, options, budget);
 }
 
-Solution central_path(const Problem& problem, const Options& options) {
-  return complete(start_central_path(problem, options));
+Solution central_path(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(start_central_path(problem, options, budget));
 }
 
 // Contacts between two faces (sliding and sticking, open and closed) stop the central path at a distance of
 // sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
 // the last digits. If it fails, P-SPG-FB continues.
-Solution interior_point(const Problem& problem, const Options& options) {
+Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
   const std::size_t blocks = problem.K.blocks();
   const std::size_t newtons = blocks > few_blocks                        ? many_newton_iterations
                               : law_of(problem, options) == Law::coulomb ? coulomb_newton_iterations
@@ -276,7 +277,7 @@ Solution interior_point(const Problem& problem, const Options& options) {
   }
   crossover.push_back(
       {.method = spg, .why = "takes the last digits", .iterations = std::max<std::size_t>(first_order, 1)});
-  return run_phases(problem, options, crossover);
+  return run_phases(problem, options, budget, crossover);
 }
 
 }  // namespace amontons

@@ -100,7 +100,7 @@ class NewtonStep {
       face_factor(set.face(y), problem_.P[block], sigma, &R_[system_.factor_offset(block)]);
     });
     system_.factor(R_);
-    ++monitor.factorizations;
+    monitor.count_factorization(system_.factor_work());
     if (law_ == Law::coulomb)
       gmres(u, dx, monitor);
     else
@@ -260,10 +260,9 @@ class Newton : public VectorIterate {
     Options o = options;
     o.x0 = x;
     o.max_iterations = burst_;
-    o.deadline = options.deadline - monitor.elapsed();
     o.history = false;
     o.callback = nullptr;
-    Solution s = spg(problem, o);
+    Solution s = spg(problem, o, monitor.budget());
     monitor.products += s.products;
     if (s.status == Status::interrupted) monitor.interrupt();
     x = std::move(s.x);
@@ -280,12 +279,12 @@ class Newton : public VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_newton(const Problem& problem, const Options& options) {
-  return drive<Newton>(problem, options);
+std::unique_ptr<Run> start_newton(const Problem& problem, const Options& options, Budget& budget) {
+  return drive<Newton>(problem, options, budget);
 }
 
-Solution newton(const Problem& problem, const Options& options) {
-  return complete(start_newton(problem, options));
+Solution newton(const Problem& problem, const Options& options, Budget& budget) {
+  return complete(start_newton(problem, options, budget));
 }
 
 }  // namespace amontons

@@ -5,7 +5,8 @@ import warnings
 import amontons
 import numpy as np
 import pytest
-from amontons import InputError, shapes
+from amontons import InputError, cli, shapes
+from typer.testing import CliRunner
 
 OUTLINE = ((0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.2), (0, 0.2))
 """An L of three squares of 10 cm; its hull adds half a square, 500 cm^3 to 3000 cm^3 at 10 cm of height."""
@@ -107,3 +108,26 @@ def test_scenery_keeps_its_mesh(tmp_path):
         model = amontons.load_model(tmp_path / "a.xml", decompose=True)
     assert isinstance(model.geoms[0].shape, shapes.Mesh)
     assert model.geoms[0].shape.volume() == pytest.approx(3e-3)
+
+
+# Breaks when the command decomposes other meshes than load_model, or takes nonsense for a length.
+def test_command_decomposes(tmp_path):
+    pytest.importorskip("coacd")
+    pytest.importorskip("mujoco")
+    write_mesh(tmp_path)
+    (tmp_path / "a.xml").write_text(MJCF)
+    saved = tmp_path / "state.h5"
+    command = ["run", str(tmp_path / "a.xml"), "--duration", "0.01", "--save", str(saved), "--decompose"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for given, option in (("auto", True), ("0.002", 0.002)):
+            result = CliRunner().invoke(cli.app, [*command, given])
+            assert result.exit_code == 0, result.stderr
+            assert (
+                amontons.Simulation.load(saved).model.geoms
+                == load(tmp_path, "a.xml", decompose=option)[0].geoms
+            )
+            saved.unlink()
+    refused = CliRunner().invoke(cli.app, [*command, "fine"])
+    assert refused.exit_code == 2
+    assert "--decompose fine: give auto, or the error in m" in refused.stderr

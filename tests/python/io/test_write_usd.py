@@ -1,6 +1,8 @@
 """Models written as USD: all of them comes back, other programs find the schema, and edits count."""
 
+import re
 import warnings
+from dataclasses import replace
 
 import amontons
 import numpy as np
@@ -149,6 +151,22 @@ def test_edits_count(tmp_path):
     assert read.couplings == model.couplings
 
 
+# Breaks when the two coefficients of UsdPhysics become one, or Stribeck's curve goes unsaid.
+def test_static_friction(tmp_path):
+    builder = amontons.ModelBuilder()
+    steel = amontons.Material(friction=0.3, friction_static=0.5)
+    for k, material in enumerate((steel, replace(steel, stribeck_speed=0.1))):
+        builder.add_body(
+            f"b{k}", shape=amontons.shapes.Sphere(0.1), mass=1, position=(k, 0, 0), material=material
+        )
+    lost = quiet(amontons.write_model, builder.build(), tmp_path / "m.usda")
+    assert [str(entry) for entry in lost] == ['geom "geom1": Stribeck\'s curve of its friction']
+    bare = re.sub(r"\n *custom string amontons:[^\n]*", "", (tmp_path / "m.usda").read_text())
+    (tmp_path / "bare.usda").write_text(bare)
+    for geom in quiet(amontons.load_model, tmp_path / "bare.usda").geoms:
+        assert (geom.material.friction, geom.material.friction_static) == pytest.approx((0.3, 0.5))
+
+
 # Breaks when a scene that lost a part is read as if it had all, or the message is missing.
 def test_parts_that_went(tmp_path):
     file = tmp_path / "model.usda"
@@ -171,7 +189,7 @@ def test_losses_are_told(tmp_path):
     with pytest.warns(UnsupportedWarning, match="are lost for other programs than amontons") as caught:
         lost = amontons.write_model(every_part(), tmp_path / "model.usda")
     assert len(caught) == 1
-    assert {str(entry) for entry in lost if entry.effect == "large"} >= {"model: 1 couplings of coordinates"}
+    assert {str(entry) for entry in lost if entry.effect == "large"} >= {"model: 2 couplings of coordinates"}
     assert [entry.effect for entry in lost] == sorted(
         (entry.effect for entry in lost), key=("large", "small", "none").index
     )
@@ -180,3 +198,36 @@ def test_losses_are_told(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert amontons.write_model(builder.build(), tmp_path / "ball.usda") == ()
+
+
+# Breaks when programs of USD do not see what a body looks like, see its colliders too, or collide with it.
+def test_visuals_are_prims(tmp_path):
+    from pxr import UsdGeom, UsdPhysics
+
+    builder = amontons.ModelBuilder()
+    builder.add_body("cup", shape=amontons.shapes.Sphere(0.1), density=1, position=(0, 0, 1))
+    triangle = amontons.TriangleMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], [(0, 1, 2)])
+    builder.add_visual("cup", triangle, position=(0, 0, 0.2), colour=(1, 0.5, 0, 0.25))
+    builder.add_visual(None, amontons.shapes.Box((1, 1, 0.1)))
+    builder.add_body("bare", shape=amontons.shapes.Sphere(0.1), density=1)
+    model = builder.build()
+    assert amontons.write_model(model, tmp_path / "model.usda") == ()
+    stage = Usd.Stage.Open(str(tmp_path / "model.usda"))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/model/cup/visual_0"))
+    np.testing.assert_array_equal(mesh.GetPointsAttr().Get(), triangle.vertices)
+    assert not mesh.GetPrim().HasAPI(UsdPhysics.CollisionAPI)
+    assert not mesh.GetPrim().HasAPI(UsdPhysics.MeshCollisionAPI)
+    assert tuple(mesh.GetDisplayColorAttr().Get()[0]) == (1, 0.5, 0)
+    assert mesh.GetDisplayOpacityAttr().Get()[0] == 0.25
+    place = UsdGeom.XformCache().GetLocalToWorldTransform(mesh.GetPrim())
+    assert tuple(place.ExtractTranslation()) == (0, 0, 1.2)
+    assert stage.GetPrimAtPath("/model/visual_1").GetTypeName() == "Cube"
+    purposes = {
+        prim.GetParent().GetName(): UsdGeom.Imageable(prim).GetPurposeAttr().Get()
+        for prim in stage.Traverse()
+        if prim.HasAPI(UsdPhysics.CollisionAPI)
+    }
+    assert purposes == {"cup": "guide", "bare": "default"}
+    read = again(model, tmp_path)
+    assert read == model
+    assert len(read.visuals) == 2

@@ -69,7 +69,7 @@ SLIPS = {
     "name twice": (lambda: builder().add_body("ball"), 'there is a body "ball" already'),
     "hinge without point": (
         lambda: builder().add_revolute_joint("ball", axis=(0, 1, 0)),
-        r"point is missing; .*\*, point, axis, \*\*options",
+        r"point is missing; .*\*, point, axis, .*\*\*options",
     ),
     "axis as text": (lambda: hinge(axis="z"), "axis is 'z'; it must have 3 numbers"),
     "motor as text": (lambda: hinge(motor="position"), r"give a Motor, as Motor\(\"position\", kp=100\)"),

@@ -101,6 +101,19 @@ def test_pairs_follow_their_geoms(rule):
     assert of_one.with_(friction={"left_foot": 0.2}).pair_materials[0].material.friction == 0.2
 
 
+# Breaks when a variant of friction crosses the static one, or a pair forgets it.
+def test_static_friction_changes_in_proportion():
+    steel = Material(friction=0.4, friction_static=0.5, stribeck_speed=0.1)
+    model, foot = pairs(steel)
+    found = model.with_(friction={(model.geom_names[0], "left_foot"): 0.8}).pair_materials[0].material
+    assert (found.friction, found.friction_static, found.stribeck_speed) == (0.8, 1.0, 0.1)
+    geoms = [replace(geom, material=steel) for geom in model.geoms]
+    of_geoms = replace(model, geoms=tuple(geoms), pair_materials=())
+    assert of_geoms.with_(friction={"*": 0.2}).geoms[foot].material.friction_static == pytest.approx(0.25)
+    slid = of_geoms.with_(friction={(model.geom_names[0], "left_foot"): 0.0}).pair_materials[0].material
+    assert (slid.friction, slid.friction_static, slid.stribeck_speed) == (0.0, 0.0, 0.1)
+
+
 # Breaks when a friction that a pair has by itself is changed by a rule that it never followed, or stays
 # without a word; when naming the pair does not set it, or a pair without a material gets none.
 def test_pairs_of_their_own():

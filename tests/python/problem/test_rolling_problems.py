@@ -202,7 +202,10 @@ def test_sets_that_mean_the_same(law):
         (lambda: amontons.RollingFriction(0.1, -1), "^rolling of rolling friction cone 0 is -1"),
         (lambda: amontons.RollingFriction([[0.1, 0.2]], 1), r"mu has shape \(1, 2\); give one number"),
         (lambda: amontons.Problem(np.eye(7), np.ones(7), [amontons.RollingFriction(1, 1)]), "have 5 rows"),
-        (lambda: amontons.Problem(np.eye(5), np.ones(5), ["rolling"]), "EllipticFriction or RollingFriction"),
+        (
+            lambda: amontons.Problem(np.eye(5), np.ones(5), ["rolling"]),
+            "EllipticFriction, RollingFriction or PlanarFriction",
+        ),
     ],
 )
 def test_bad_cones_are_named(make, message):

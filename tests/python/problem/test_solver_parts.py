@@ -14,6 +14,7 @@ CONES = {
     "elliptic-4": amontons.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], torsion=[0.02, 0.1]),
     "elliptic-6": amontons.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], 0.05, [[0.01, 0.03], [0.1, 0.02]]),
     "rolling": amontons.RollingFriction([0.3, 0.7], [0.02, 0.1]),
+    "planar": amontons.PlanarFriction([0.3, 0.7]),
 }
 FORCES = 3
 

@@ -5,7 +5,17 @@ from dataclasses import replace
 import amontons
 import numpy as np
 import pytest
-from amontons import Material, ModelBuilder, Motor, Simulation, shapes
+from amontons import (
+    Dof,
+    Joint,
+    Material,
+    ModelBuilder,
+    Motor,
+    PathElement,
+    Simulation,
+    Transform,
+    shapes,
+)
 from amontons.simulation.tangent import difference, integrate
 
 CHANGE = 1e-6
@@ -59,6 +69,20 @@ def loop():
     return builder.build(), 20, {"crank_pin": 0.3}, {"crank_pin": 1.0}
 
 
+def rope():
+    """A rope that slips on a drum, whose angle changes as the weights swing towards it."""
+    builder = ModelBuilder()
+    for name, x, mass in (("heavy", 0.0, 3.0), ("light", 0.4, 1.0)):
+        builder.add_body(name, mass=mass, inertia=(mass,) * 3, position=(x, 0, 0))
+        slides = tuple(Dof("slide", axis) for axis in ((1, 0, 0), (0, 0, 1)))
+        builder.add_joint(Joint(name, body_a=name, dofs=slides, frame_b=Transform((x, 0, 0))))
+    frame = Transform((0.2, 0, 1.5), (0.5**0.5, 0.5**0.5, 0, 0))
+    drum = PathElement("cylinder", None, frame, 0.2, (0.2, 0, 2), friction=0.2)
+    ends = [("heavy", (0, 0, 0)), drum, ("light", (0, 0, 0))]
+    builder.add_tendon("rope", path=ends, stiffness=1e4, rest=3 + 0.2 * np.pi)
+    return builder.build(), 10, {}, {"light[0]": 0.3}
+
+
 def free_flight():
     """A body that tumbles in air with drag: no rows at all."""
     builder = ModelBuilder()
@@ -93,6 +117,7 @@ MODELS = {
     "stick": rolling_ball,
     "rows of joints": arm,
     "closed loop": loop,
+    "rope that slips": rope,
     "no rows": free_flight,
 }
 CASES = [
@@ -234,6 +259,33 @@ def test_where_there_is_none():
     assert not border.differentiable
     assert border.reason
     assert border.margin < 1e-4
+
+
+# Breaks when play that is closed passes for smooth: a step opens it and closes no overlap, as a limit.
+def test_a_journal_in_its_bearing_is_named():
+    builder = ModelBuilder(gravity=(0, -9.81, 0))
+    builder.add_body("shaft", mass=2, inertia=(0.01,) * 3)
+    builder.add_revolute_joint("shaft", point=(0, 0, 0), axis=(0, 0, 1), play=1e-3, name="pin")
+    sim = Simulation(builder.build(), dt=2e-3)
+    sim.run(0.2)
+    found = sim.derivative()
+    assert not found.differentiable
+    assert found.reason
+
+
+# Breaks when a friction that remembers the slip of the last step passes for a function of q and qd.
+def test_friction_that_remembers_its_slip():
+    for speed, smooth in ((0.0, True), (0.5, False)):
+        law = Material(friction=0.3, friction_static=0.5, stribeck_speed=speed)
+        builder = ModelBuilder()
+        builder.add_floor(material=law)
+        builder.add_body("ball", shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.1),
+                         linear_velocity=(2, 0, 0), material=law)  # fmt: skip
+        sim = Simulation(builder.build(), dt=2e-3)
+        sim.run(0.02)
+        found = sim.derivative()
+        assert found.differentiable == smooth, found.reason
+        assert smooth or "depends on the slip of the step before" in found.reason
 
 
 # Breaks when contacts of a stance open and close in its linear model, or are held elsewhere than they are:

@@ -329,10 +329,13 @@ def test_the_problem_of_a_step_has_the_trees_in_it(tmp_path):
     again = problem.solve(tolerance=1e-10)
     assert again.status == "converged"
     assert math.isclose(again.residual, 0, abs_tol=1e-9)
-    # The matrix can be read, and the problem written.
+    # It can be printed, its matrix read, and both written.
+    assert "dense" in repr(problem)
     assert np.abs(problem.A - problem.A.T).max() <= 1e-12 * np.abs(problem.A).max()
     problem.write(tmp_path / "problem.npz")
-    assert np.array_equal(amontons.read_problem(tmp_path / "problem.npz").b, problem.b)
+    read = amontons.read_problem(tmp_path / "problem.npz")
+    assert np.array_equal(read.b, problem.b)
+    assert np.array_equal(read.A, problem.A)
 
 
 def test_lattices_and_compliant_joints_keep_rows():

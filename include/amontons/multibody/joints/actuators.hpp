@@ -17,13 +17,12 @@ void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<
 // Activations at the end of a step of length h, with the controls that the state holds.
 void advance_activations(const Model& model, double h, State& state);
 
-// Length and rate of every tendon, and of every actuator (gears applied): m and m/s, or rad and rad/s.
+// Length and rate of every tendon, and of every actuator (gears applied): m and m/s, or rad and rad/s. They
+// are those of the poses and velocities that the state holds.
 struct LineState {
   double length, rate;
 };
-std::vector<LineState> tendon_lines(const Model& model, const BodyFrames& bodies,
-                                    const BodyVelocities& velocities, const State& state);
-std::vector<LineState> actuator_lines(const Model& model, const BodyFrames& bodies,
-                                      const BodyVelocities& velocities, const State& state);
+std::vector<LineState> tendon_lines(const Model& model, const State& state);
+std::vector<LineState> actuator_lines(const Model& model, const State& state);
 
 }  // namespace amontons

@@ -1,10 +1,11 @@
 #pragma once
+#include <array>
 #include <span>
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/problem/contact_system.hpp"
-#include "amontons/sets/product.hpp"
+#include "amontons/problem/problem.hpp"
+#include "amontons/solvers/driver/solution.hpp"
 
 namespace amontons {
 
@@ -19,7 +20,9 @@ enum class RowKind : unsigned char {
   distance,
   coupling,
   tendon,
-  actuator
+  actuator,
+  rub,   // of a tendon on a pulley: `joint` is the index in State::rub_impulses
+  play,  // of a journal in its bearing or a slider in its guide
 };
 // Place of the impulse of a row in the state.
 struct RowTag {
@@ -63,6 +66,14 @@ struct Past {
   BodyVelocity velocity;
 };
 
+// One row of a block of several.
+struct BlockRow {
+  JacobianRow row;
+  RowTerms terms;
+  double start;
+  RowTag tag;
+};
+
 // The joint rows of one step, one entry per row in each array. The arrays are D (velocities of the centres of
 // mass, world axes), E, c, sets, warm start, and tags.
 struct JointRows {
@@ -81,6 +92,18 @@ struct JointRows {
   template <class S>
   void append(const S& set, const JacobianRow& row, const RowTerms& terms, double start, const RowTag& tag) {
     cones.append(set);
+    append_row({row, terms, start, tag});
+  }
+  // Appends the rows of one set; all act on the same two bodies.
+  template <class S>
+  void append_block(const S& set, const std::array<BlockRow, S::dim>& block) {
+    cones.append(set);
+    for (const BlockRow& row : block) append_row(row);
+  }
+
+ private:
+  void append_row(const BlockRow& block) {
+    const auto& [row, terms, start, tag] = block;
     jacobian.push_back(row);
     compliance.push_back(terms.compliance);
     c.push_back(terms.c);
@@ -107,5 +130,9 @@ struct JointOptions {
 // Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start.
 // Impulses without a row become zero.
 void store_joint_impulses(const JointRows& rows, std::span<const double> x, State& state);
+// Stores the rates of dofs whose dry friction slipped, if a dof of the model has a static friction of its
+// own. Row velocities up to `least` (m/s) are errors of the solve.
+void store_slips(const JointRows& rows, const Problem& problem, const Solution& solution, double least,
+                 State& state);
 
 }  // namespace amontons

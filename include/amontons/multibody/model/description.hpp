@@ -97,7 +97,9 @@ struct Dof {
   double stiffness = 0, rest = 0;              // spring, N/m or N m/rad, coordinate at zero force
   double damping = 0;                          // N s/m or N m s/rad
   double friction = 0;                         // limit of the dry friction force or torque, N or N m
-  double armature = 0;                         // inertia of the drive, kg or kg m^2
+  double friction_static = -1;  // the same if the dof stuck in the last step; negative: `friction`
+  double stribeck_speed = 0;    // rate at which it has fallen towards `friction`, m/s or rad/s
+  double armature = 0;          // inertia of the drive, kg or kg m^2
   Motor motor{};
   // Limits (N or N m) of the sum of actuator efforts on the dof, direct or by fixed tendons, as far as these
   // efforts are known before the step.
@@ -130,6 +132,11 @@ struct Joint {
   bool collide = false;                           // whether the two bodies may touch
   // A condition between bodies that other joints place. Its dofs are never generalised coordinates.
   bool closes_loop = false;
+  // Radial clearance (m) of a journal in its bearing, for a chain of two slides and a hinge about their
+  // normal; 0: none. With play_length (m) > 0 the play is that of a slider on the first slide, at both of its
+  // ends.
+  double play = 0, play_length = 0;
+  double journal_radius = 0, play_friction = 0;  // lever of the friction of a journal, m; mu
 };
 
 // One joint coordinate in a fixed tendon.
@@ -153,7 +160,9 @@ struct PathElement {
   // inside the obstacle, the tendon passes through. By default the tendon takes the shorter path around.
   std::optional<Vec3> side;
   Index side_body = world;
-  double divisor = 1;  // for a pulley
+  double divisor = 1;   // for a pulley
+  double friction = 0;  // Coulomb's mu of the tendon on a point or an obstacle
+  double turns = 0;     // full turns around a cylinder besides the shortest path
 };
 
 // A length that several joints or bodies change, with forces along it. A `fixed` tendon is a linear
@@ -167,6 +176,7 @@ struct Tendon {
   // A spring, without force between the two rest lengths, N/m (N m/rad).
   double stiffness = 0, rest_lower = 0, rest_upper = 0;
   double damping = 0, friction = 0, armature = 0;  // as in Dof
+  bool closed = false;                             // a belt around the two parallel cylinders of its path
 };
 
 // coordinate a = polynomial in coordinate b. Each is the coordinate of a dof of a joint or, if a tendon is
@@ -177,6 +187,7 @@ struct Coupling {
   std::vector<double> coefficients;  // ascending powers
   double compliance = 0;
   Index tendon_a = -1, tendon_b = -1;
+  double backlash = 0;  // free travel of coordinate a between both flanks, in its unit
 };
 
 // The length l (m or rad) that an actuator acts along; the bodies' velocities determine its rate. A unit

@@ -29,7 +29,8 @@ inline constexpr auto fields<Material> = std::tuple(
     Field{"compliance", &Material::compliance}, Field{"relaxation_time", &Material::relaxation_time},
     Field{"rest_offset", &Material::rest_offset}, Field{"friction_across", &Material::friction_across},
     Field{"torsional_friction", &Material::torsional_friction},
-    Field{"rolling_friction", &Material::rolling_friction});
+    Field{"rolling_friction", &Material::rolling_friction},
+    Field{"friction_static", &Material::friction_static}, Field{"stribeck_speed", &Material::stribeck_speed});
 
 template <>
 inline constexpr auto fields<Body> = std::tuple(
@@ -61,6 +62,7 @@ inline constexpr auto fields<Dof> =
     std::tuple(Field{"kind", &Dof::kind}, Field{"axis", &Dof::axis}, Field{"anchor", &Dof::anchor},
                Field{"lower", &Dof::lower}, Field{"upper", &Dof::upper}, Field{"stiffness", &Dof::stiffness},
                Field{"rest", &Dof::rest}, Field{"damping", &Dof::damping}, Field{"friction", &Dof::friction},
+               Field{"friction_static", &Dof::friction_static}, Field{"stribeck_speed", &Dof::stribeck_speed},
                Field{"armature", &Dof::armature}, Field{"lower_effort", &Dof::lower_effort},
                Field{"upper_effort", &Dof::upper_effort}, Field{"motor", &Dof::motor});
 
@@ -73,14 +75,17 @@ inline constexpr auto fields<Joint> = std::tuple(
     Field{"ball_armature", &Joint::ball_armature}, Field{"ball_friction", &Joint::ball_friction},
     Field{"ball_limit", &Joint::ball_limit}, Field{"lower_distance", &Joint::lower_distance},
     Field{"upper_distance", &Joint::upper_distance}, Field{"compliance", &Joint::compliance},
-    Field{"collide", &Joint::collide}, Field{"closes_loop", &Joint::closes_loop});
+    Field{"collide", &Joint::collide}, Field{"closes_loop", &Joint::closes_loop}, Field{"play", &Joint::play},
+    Field{"play_length", &Joint::play_length}, Field{"journal_radius", &Joint::journal_radius},
+    Field{"play_friction", &Joint::play_friction});
 
 template <>
-inline constexpr auto fields<Coupling> = std::tuple(
-    Field{"name", &Coupling::name}, Field{"joint_a", &Coupling::joint_a}, Field{"dof_a", &Coupling::dof_a},
-    Field{"joint_b", &Coupling::joint_b}, Field{"dof_b", &Coupling::dof_b},
-    Field{"coefficients", &Coupling::coefficients}, Field{"compliance", &Coupling::compliance},
-    Field{"tendon_a", &Coupling::tendon_a}, Field{"tendon_b", &Coupling::tendon_b});
+inline constexpr auto fields<Coupling> =
+    std::tuple(Field{"name", &Coupling::name}, Field{"joint_a", &Coupling::joint_a},
+               Field{"dof_a", &Coupling::dof_a}, Field{"joint_b", &Coupling::joint_b},
+               Field{"dof_b", &Coupling::dof_b}, Field{"coefficients", &Coupling::coefficients},
+               Field{"compliance", &Coupling::compliance}, Field{"tendon_a", &Coupling::tendon_a},
+               Field{"tendon_b", &Coupling::tendon_b}, Field{"backlash", &Coupling::backlash});
 
 template <>
 inline constexpr auto fields<Fluid> = std::tuple(
@@ -99,15 +104,16 @@ template <>
 inline constexpr auto fields<PathElement> = std::tuple(
     Field{"kind", &PathElement::kind}, Field{"body", &PathElement::body}, Field{"frame", &PathElement::frame},
     Field{"radius", &PathElement::radius}, Field{"side", &PathElement::side},
-    Field{"side_body", &PathElement::side_body}, Field{"divisor", &PathElement::divisor});
+    Field{"side_body", &PathElement::side_body}, Field{"divisor", &PathElement::divisor},
+    Field{"friction", &PathElement::friction}, Field{"turns", &PathElement::turns});
 
 template <>
-inline constexpr auto fields<Tendon> =
-    std::tuple(Field{"name", &Tendon::name}, Field{"terms", &Tendon::terms}, Field{"path", &Tendon::path},
-               Field{"lower", &Tendon::lower}, Field{"upper", &Tendon::upper},
-               Field{"stiffness", &Tendon::stiffness}, Field{"rest_lower", &Tendon::rest_lower},
-               Field{"rest_upper", &Tendon::rest_upper}, Field{"damping", &Tendon::damping},
-               Field{"friction", &Tendon::friction}, Field{"armature", &Tendon::armature});
+inline constexpr auto fields<Tendon> = std::tuple(
+    Field{"name", &Tendon::name}, Field{"terms", &Tendon::terms}, Field{"path", &Tendon::path},
+    Field{"lower", &Tendon::lower}, Field{"upper", &Tendon::upper}, Field{"stiffness", &Tendon::stiffness},
+    Field{"rest_lower", &Tendon::rest_lower}, Field{"rest_upper", &Tendon::rest_upper},
+    Field{"damping", &Tendon::damping}, Field{"friction", &Tendon::friction},
+    Field{"armature", &Tendon::armature}, Field{"closed", &Tendon::closed});
 
 template <>
 inline constexpr auto fields<Transmission> =

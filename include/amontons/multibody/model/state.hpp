@@ -71,6 +71,12 @@ struct State {
   std::vector<Vec3> ball_impulses;  // per joint: spring, damper, friction of spherical joints, N m s
   std::vector<double> coupling_impulses;
   std::vector<TendonImpulse> tendon_impulses;
+  // Per dof: its rate after the last step if dry friction slipped, 0 if it stuck. Empty without a dof whose
+  // static friction differs.
+  std::vector<double> dof_slips;
+  // Two per place at which a tendon rubs, in the order of Model::first_rub(): half the sum and half the
+  // difference of the tensions' impulses before and after it.
+  std::vector<double> rub_impulses;
 };
 
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose

@@ -26,7 +26,7 @@ namespace amontons {
 // elsewhere. `whole` gives each island its share of the error of the whole problem; with n islands
 //    tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
 enum class ToleranceOf : unsigned char { each, whole };
-Solution solve_by_islands(const Problem& problem, const Options& options, Method method,
+Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method,
                           ToleranceOf tolerance = ToleranceOf::each);
 
 // Some islands as a problem of their own, with bodies numbered in the order of their appearance. Beside trees

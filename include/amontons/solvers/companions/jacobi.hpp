@@ -4,6 +4,6 @@
 namespace amontons {
 
 // "jacobi": projected gradients with a fixed step: the simplest and slowest method, kept as a yardstick.
-Solution jacobi(const Problem&, const Options&);
+Solution jacobi(const Problem&, const Options&, Budget&);
 
 }  // namespace amontons

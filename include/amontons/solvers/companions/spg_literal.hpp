@@ -5,6 +5,6 @@ namespace amontons {
 
 // "p-spg-fb-literal": the algorithm of the paper, unchanged, to reproduce its figures. For other uses take
 // spg().
-Solution spg_literal(const Problem&, const Options&);
+Solution spg_literal(const Problem&, const Options&, Budget&);
 
 }  // namespace amontons

@@ -2,6 +2,7 @@
 #include <memory>
 #include <span>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
@@ -24,7 +25,7 @@ class Elimination {
   // function, islands have few rows, and the options ask for no history and no callback. Then `s` is the
   // answer: converged, or the best x that a bounded amount of work found. Its arrays keep their memory, so
   // that a step of a simulation allocates nothing here.
-  bool solve(const Problem& problem, const Options& options, Solution& s);
+  bool solve(const Problem& problem, const Options& options, Budget& budget, Solution& s);
 
   // After a solve() that did not converge: true if the solver of an island failed. False if only rounding
   // remains, which no other method reduces.

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "amontons/base/budget.hpp"
+#include "amontons/base/interrupt.hpp"
+#include "amontons/base/leave.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -48,11 +50,11 @@ inline double work_of_iteration(const Problem& problem) {
   return work;
 }
 
-// Counts iterations and work, reads the clock, checks limits, records history, calls the callback and detects
-// stagnation in one solve. `options` must outlive it.
+// Counts iterations and work, checks limits, records history, calls the callback and detects stagnation in
+// one solve. `options` and `budget` must outlive it.
 class Monitor {
  public:
-  Monitor(const Options& options, const Limits& limits);
+  Monitor(const Options& options, const Limits& limits, Budget& budget);
 
   // Called once per iteration, with the natural residual of the iterate; a status means stop. Convergence is
   // tested first: an iterate that meets the tolerance is never reported as late or interrupted.
@@ -63,12 +65,18 @@ class Monitor {
   std::size_t iterations() const { return iterations_; }
   double elapsed() const { return seconds_since(start_); }
   Time started() const { return start_; }
+  // Limits of the solve, which solves inside this one share.
+  Budget& budget() { return budget_; }
   // For methods that work long between two calls of observe().
-  bool out_of_time() const { return elapsed() > deadline_; }
-  // Charges the products since the last call to the Budget of the thread, at `per_product` units each.
+  bool out_of_time() const { return budget_.late(); }
+  // Charges the products since the last call to the budget, at `per_product` units each.
   void pay(double per_product) {
-    Budget::spend(static_cast<double>(products - paid_) * per_product);
+    budget_.spend(static_cast<double>(products - paid_) * per_product);
     paid_ = products;
+  }
+  void count_factorization(double multiplications) {
+    ++factorizations;
+    budget_.spend(multiplications / Budget::multiplications);
   }
   // A solve inside this one was interrupted: the next observe() returns `interrupted`.
   void interrupt() { stopped_ = true; }
@@ -79,7 +87,7 @@ class Monitor {
 
  private:
   const Options& options_;
-  double deadline_;  // s: the earlier one of the options and of the Budget of the thread
+  Budget& budget_;
   Time start_;
   std::size_t limit_, stall_window_, iterations_ = 0, last_progress_ = 0, paid_ = 0;
   // milestone_: the best residual at iteration last_progress_, when it last fell by 1 %.
@@ -139,8 +147,8 @@ class Run {
   virtual Solution finish() = 0;
 };
 
-// Makes a run. Problem and options must outlive it.
-using Starter = std::unique_ptr<Run> (*)(const Problem&, const Options&);
+// Makes a run. Its arguments must outlive it.
+using Starter = std::unique_ptr<Run> (*)(const Problem&, const Options&, Budget&);
 // Runs to the end.
 inline Solution complete(std::unique_ptr<Run> run) {
   run->advance(std::numeric_limits<std::size_t>::max());
@@ -172,8 +180,8 @@ template <class Method>
 class Driven final : public Run {
  public:
   // make(options, monitor) returns the method. Both arguments live as long as the run.
-  Driven(const Problem& problem, const Options& options, auto&& make)
-      : problem_(problem), options_(options), monitor_(options_, Method::limits) {
+  Driven(const Problem& problem, const Options& options, Budget& budget, auto&& make)
+      : problem_(problem), options_(options), monitor_(options_, Method::limits, budget) {
     unless_left([&] { method_.reset(new Method(make(options_, monitor_))); });
   }
 
@@ -226,7 +234,7 @@ class Driven final : public Run {
   // Runs work that factors. It is abandoned when the time is up or the user interrupts. The answer is then
   // the best x so far; without a first iterate, or without a method, it is the start.
   void unless_left(auto&& work) {
-    const Budget budget(options_.deadline - monitor_.elapsed(), {}, Budget::Catches::yes);
+    const LeaveScope scope(monitor_.budget());
     try {
       work();
     } catch (const LeftEarly& early) {
@@ -290,9 +298,10 @@ class Driven final : public Run {
 
 // For a method that is made from the problem, the options and the monitor alone.
 template <class Method>
-std::unique_ptr<Run> drive(const Problem& problem, const Options& options) {
-  return std::make_unique<Driven<Method>>(
-      problem, options, [&](const Options& o, Monitor& monitor) { return Method(problem, o, monitor); });
+std::unique_ptr<Run> drive(const Problem& problem, const Options& options, Budget& budget) {
+  return std::make_unique<Driven<Method>>(problem, options, budget, [&](const Options& o, Monitor& monitor) {
+    return Method(problem, o, monitor);
+  });
 }
 
 // The iterate of methods on plain vectors, which inherit it and add step(). It supplies the rest of what

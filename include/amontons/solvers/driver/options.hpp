@@ -53,9 +53,6 @@ struct AdmmOptions {
 };
 
 // Options common to all methods.
-// s: stands for "no time left", because a deadline must be above zero.
-inline constexpr double least_deadline = 1e-9;
-
 struct Options {
   // The law of friction; by default that of the problem. The two laws agree for sets without friction.
   std::optional<Law> law = {};
@@ -65,7 +62,8 @@ struct Options {
   // 0 leaves every method its own limit. A given number is the limit of all phases of `auto` together, for
   // each group of islands separately. The cost of an iteration differs between methods.
   std::size_t max_iterations = 0;
-  // Wall-clock time of a whole solve (s), > 0. Results depend on the clock only if it is finite.
+  // Wall-clock time of a whole solve (s), > 0, of which solve() makes the budget: methods read only that.
+  // Results depend on the clock only if it is finite.
   double deadline = std::numeric_limits<double>::infinity();
   // Warm start: empty, or m finite entries, which must outlive the solve. It is projected on K, and used only
   // if its residual is at most three times that of 0. The interior point starts from the middle of its cones
@@ -84,8 +82,7 @@ struct Options {
   // Called once per iteration if not empty; true stops with Status::interrupted. It costs as much as history.
   std::function<bool(const IterationRecord&)> callback;
   // If not empty, called between iterations and within factorisations, at most every 20 ms; true stops with
-  // Status::interrupted. solve() calls it through a Budget (base/budget.hpp). A caller of a single method
-  // must make a Budget itself.
+  // Status::interrupted. solve() makes an Interrupt of it (base/interrupt.hpp); methods ask only that.
   std::function<bool()> interrupted;
   SpgOptions spg;
   SorOptions sor;

@@ -1,11 +1,13 @@
 #pragma once
 #include <vector>
 
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
 
-using Method = Solution (*)(const Problem&, const Options&);
+// A method with the limits of time and work that its caller shares with it.
+using Method = Solution (*)(const Problem&, const Options&, Budget&);
 
 // A solve with several methods is a table of these rows, tried in order. The same data says what runs, what
 // Solution::reason prints and what Solution::phases lists. Each row starts from the best x so far. For
@@ -18,10 +20,11 @@ struct Phase {
   std::size_t iterations = 0;
 };
 
-// Runs the rows in turn until one ends the solve or no row is left, each within the rest of the deadline and
+// Runs the rows in turn until one ends the solve or no row is left, each within the rest of the budget and
 // of max_iterations. x is the best of all rows, and `method` the one that made it. `phases` and `reason` list
 // all that ran. Counts, time and history are sums over the rows.
-Solution run_phases(const Problem& problem, const Options& options, const std::vector<Phase>& table);
+Solution run_phases(const Problem& problem, const Options& options, Budget& budget,
+                    const std::vector<Phase>& table);
 
 // Adds the cost of another part: iterations, products, factorisations. The caller measures the time.
 void add_counts(Solution& total, const Solution& part);

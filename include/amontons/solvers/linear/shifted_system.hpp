@@ -49,7 +49,8 @@ class ShiftedSystem {
 
   bool in_body_space() const { return in_body_space_; }
   std::size_t factor_entries() const { return cholesky_.factor_entries(); }
-  double factor_work() const { return cholesky_.factor_work(); }
+  // Multiplications of the last factorisation, or of the first one.
+  double factor_work() const { return (J_.empty() ? 1 : 2) * cholesky_.factor_work(); }
 
  private:
   struct Block {

@@ -11,6 +11,7 @@ import sys
 import warnings
 import zipfile
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -18,18 +19,13 @@ from typing import Any
 from ... import _core
 from ...checks import chosen
 from ...errors import FileError, InputError, UnsupportedWarning
+from ...model.model import Model
 from ...simulation.simulation import Simulation
 from ..files import writable, write_whole
 from ..recordings.model_json import model_to_json
 from .description import description
-from .variables import (
-    Frames,
-    Variable,
-    chosen_variables,
-    input_variables,
-    output_variables,
-    sensors_left_out,
-)
+from .sensors import Sensors, left_out
+from .variables import Frames, Variable, chosen_variables, input_variables, output_variables
 
 VERSIONS = {"2.0": None, "3.0": None}
 LIBRARY = "amontons_fmu"
@@ -92,15 +88,18 @@ def write_fmu(
     usual = ("q.*", "qd.*", "sensor.*", "contacts*", "steps.*")
     variables += chosen_variables(list(output_variables(simulation.model, frames)), outputs, usual, "outputs")
     _require_unique(variables)
-    left_out = sensors_left_out(simulation.model) if outputs is None else []
-    if left_out:
+    without = [s.name for s in simulation.model.sensors if left_out(s)] if outputs is None else []
+    if without:
         told = (
-            f"{path.name}: a unit does not read the sensors {', '.join(left_out)}; docs/fmu.md has its kinds"
+            f"{path.name}: a unit does not read the sensors {', '.join(without)}, which sum over links that "
+            "are parts of bodies"
         )
         warnings.warn(told, UnsupportedWarning, stacklevel=2)
+    sensors = Sensors()
+    variables = _numbered(variables, sensors, simulation.model)
     identifier = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"unit_{identifier}"
-    model, unit = model_to_json(simulation.model), json.dumps(_unit(simulation, variables, frames))
+    model, unit = model_to_json(simulation.model), json.dumps(_unit(simulation, variables, frames, sensors))
     token = hashlib.sha256((model + unit).encode()).hexdigest()[:32]
     entries = {
         "modelDescription.xml": description(
@@ -126,7 +125,17 @@ def _require_unique(variables: Sequence[Variable]) -> None:
         seen.add(variable.name)
 
 
-def _unit(simulation: Simulation, variables: Sequence[Variable], frames: Frames) -> dict[str, Any]:
+def _numbered(variables: Sequence[Variable], sensors: Sensors, model: Model) -> list[Variable]:
+    """The same with the places of sensors in the unit, which has those that are chosen."""
+    places = {i: -1 for i in sorted({v.index for v in variables if v.kind == "sensor"})}
+    for i in places:
+        places[i] = sensors.add(model, model.sensors[i])
+    return [replace(v, index=places[v.index]) if v.kind == "sensor" else v for v in variables]
+
+
+def _unit(
+    simulation: Simulation, variables: Sequence[Variable], frames: Frames, sensors: Sensors
+) -> dict[str, Any]:
     """The file beside the model, for the library (fmu/instance.cpp)."""
     state = simulation.state
     return {
@@ -135,6 +144,7 @@ def _unit(simulation: Simulation, variables: Sequence[Variable], frames: Frames)
         "start": {name: getattr(state, name).tolist() for name in START},
         "frames": frames.plain(),
         "variables": [[v.kind, v.index, v.part] for v in variables],
+        **sensors.plain(),
     }
 
 

@@ -10,14 +10,15 @@ from typing import Any
 from ...checks import suggestion
 from ...errors import InputError
 from ...model.model import Model
-from ...model.sensing import Sensor
 from ...model.transforms import ORIGIN, Transform
 from ...simulation.simulation import Simulation
+from .sensors import left_out
 
 POSE = ("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-SENSED = {"framepos": (0, 3), "framequat": (3, 4), "framelinvel": (7, 3)}
-"""Kinds of sensors of a frame in the world: their first part of POSE, and how many."""
+PARTS = {1: ("",), 3: (".x", ".y", ".z"), 4: (".qw", ".qx", ".qy", ".qz")}
+"""Ends of the names of the values of a sensor, by their number"""
+EFFORTS = ("motor", "passive", "friction", "limit")
 INTEGERS = {
     "contacts": ("contacts", "contacts of the last step"),
     "contacts.began": ("began", "pairs of shapes that began to touch since the start"),
@@ -97,8 +98,7 @@ def output_variables(model: Model, frames: Frames) -> Iterator[Variable]:
                 told = "position, m", "orientation", "velocity, m/s", "angular velocity, rad/s"
                 what = told[0 if k < 3 else 1 if k < 7 else 2 if k < 10 else 3]
                 yield _output(f"{kind}.{name}.{part}", "frame", index, k, f"{what}, world axes")
-    for sensor in model.sensors:
-        yield from _of_sensor(model, sensor, frames)
+    yield from _measured(model)
     for j, name in enumerate(model.joint_names):
         for k, part in enumerate(WRENCH):
             told = f"{'force, N' if k < 3 else 'torque, N m'}, of the joint on body A, world axes"
@@ -111,30 +111,24 @@ def output_variables(model: Model, frames: Frames) -> Iterator[Variable]:
         yield _output(name, kind, 0, 0, told)
 
 
+def _measured(model: Model) -> Iterator[Variable]:
+    """Sensors and efforts."""
+    for i, sensor in enumerate(model.sensors):
+        for k, part in enumerate(() if left_out(sensor) else PARTS[sensor.size]):
+            yield _output(f"sensor.{sensor.name}{part}", "sensor", i, k, f"sensor of kind {sensor.kind}")
+    for name, c in model.coordinates.items():
+        if c.dof >= 0:
+            index = model.dof_index(c.joint, c.dof)
+            for k, part in enumerate(EFFORTS):
+                told = "effort along a degree of freedom, N or N m, mean of the last step"
+                yield _output(f"effort.{name}.{part}", "effort", index, k, told)
+    for a, name in enumerate(model.actuator_names):
+        told = "effort of an actuator along its length, mean of the last step"
+        yield _output(f"actuator.{name}", "actuator", a, 0, told)
+
+
 def _output(name: str, kind: str, index: int, part: int, told: str) -> Variable:
     return Variable(name, kind, index, part, "output", told)
-
-
-def _of_sensor(model: Model, sensor: Sensor, frames: Frames) -> Iterator[Variable]:
-    """Sensors that are a coordinate or the frame of a body in the world; none of the others."""
-    told = f"sensor of kind {sensor.kind}"
-    if sensor.cutoff > 0:
-        return
-    if sensor.kind in ("jointpos", "jointvel") and sensor.source in model.coordinates:
-        c = model.coordinates[sensor.source]
-        kind, index = ("q", c.q.start) if sensor.kind == "jointpos" else ("qd", c.qd.start)
-        yield _output(f"sensor.{sensor.name}", kind, index, 0, told)
-    elif sensor.kind in SENSED and sensor.reference is None:
-        first, count = SENSED[sensor.kind]
-        index = frames.index(sensor.body, sensor.frame)
-        for k in range(first, first + count):
-            yield _output(f"sensor.{sensor.name}.{POSE[k]}", "frame", index, k, told)
-
-
-def sensors_left_out(model: Model) -> list[str]:
-    """Names of the sensors that a unit cannot read: it would need the parts of them that Python computes."""
-    frames = Frames()
-    return [sensor.name for sensor in model.sensors if not any(_of_sensor(model, sensor, frames))]
 
 
 def chosen_variables(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ...checks import shortened
 from ...errors import UnsupportedWarning
+from ...model.model import Model
 from ...model.presets import EFFECTS
 
 SHOWN, WIDTH = 5, 140
@@ -28,6 +29,31 @@ class Lost:
 
     def __str__(self) -> str:
         return f"{self.part}: {self.what}"
+
+
+def laws_lost(model: Model, *, static: bool) -> list[Lost]:
+    """Laws that a format has no words for: play, backlash, ropes that rub, static friction of joints.
+
+    static: whether it has the static friction of surfaces, though not Stribeck's curve.
+    """
+    lost = []
+    for geom in model.geoms:
+        material = geom.material
+        if material.friction_static is not None and (not static or material.stribeck_speed > 0):
+            what = "Stribeck's curve of its friction" if static else "its static friction"
+            lost.append(Lost(f'geom "{geom.name}"', what, "small"))
+    for joint in model.joints:
+        if any(dof.friction_static is not None for dof in joint.dofs):
+            lost.append(Lost(f'joint "{joint.name}"', "its static friction", "small"))
+        if joint.play:
+            lost.append(Lost(f'joint "{joint.name}"', "the bearing or guide of its play", "large"))
+    for coupling in model.couplings:
+        if coupling.backlash:
+            lost.append(Lost(f'coupling "{coupling.name}"', "its backlash", "small"))
+    for tendon in model.tendons:
+        if tendon.closed or any(stop.friction for stop in tendon.path):
+            lost.append(Lost(f'tendon "{tendon.name}"', "friction on its path", "large"))
+    return lost
 
 
 def told(path: Path, lost: Sequence[Lost], who: str) -> tuple[Lost, ...]:

@@ -8,7 +8,7 @@ from ...errors import FileError
 from ...model.model import Model, no_model
 from ..files import writable, write_whole
 from ..recordings.model_json import model_to_json
-from .losses import Lost, told
+from .losses import Lost, laws_lost, told
 from .mjcf_out import mjcf_text
 from .urdf_out import urdf_text
 from .usd.writer import write_usd
@@ -41,13 +41,14 @@ def write_model(model: Model, path: str | PathLike[str]) -> tuple[Lost, ...]:
     if suffix in (".xml", ".mjcf"):
         text, lost = mjcf_text(model)
         write_whole({path: text.encode()})
-        return told(path, lost, "MuJoCo")
+        return told(path, [*lost, *laws_lost(model, static=False)], "MuJoCo")
     if suffix == ".urdf":
         text, meshes, lost = urdf_text(model, path)
         write_whole({**meshes, path: text.encode()})
-        return told(path, lost, "readers of URDF")
+        return told(path, [*lost, *laws_lost(model, static=False)], "readers of URDF")
     if suffix in USD:
-        return told(path, write_usd(model, path), "other programs than amontons")
+        lost = [*write_usd(model, path), *laws_lost(model, static=True)]
+        return told(path, lost, "other programs than amontons")
     raise FileError(
         f"{path}: unknown kind of file; models are written to .json, .xml, .urdf, {', '.join(USD)}"
     )

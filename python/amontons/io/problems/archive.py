@@ -24,6 +24,7 @@ from ...problem.cones import (
     Friction,
     Interval,
     NonNegative,
+    PlanarFriction,
     RollingFriction,
 )
 from ...problem.operators import Contacts, Factored
@@ -157,6 +158,8 @@ def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int]
         return Interval(take("lo", count), take("hi", count))
     if kind == "friction":
         return Friction(take("mu", count))
+    if kind == "planar":
+        return PlanarFriction(take("mu", count), n=count)
     if kind == "rolling":
         return RollingFriction(take("mu", count), take("mu_r", count), n=count)
     if kind in ELLIPTIC:
@@ -169,7 +172,7 @@ def _stored_cone(archive: Path, kind: str, count: int, take: Callable[[str, int]
         width = ELLIPTIC[kind]
         torsion, rolling = table[:, 2] if width > 2 else None, table[:, 3:] if width > 3 else None
         return EllipticFriction(table[:, :2], torsion, rolling, n=count)
-    known = ", ".join(("bilateral", "nonnegative", "interval", "friction", "rolling", *ELLIPTIC))
+    known = ", ".join(("bilateral", "nonnegative", "interval", "friction", "planar", "rolling", *ELLIPTIC))
     raise FileError(f"{archive}: unknown cone {kind!r}; known are {known}")
 
 

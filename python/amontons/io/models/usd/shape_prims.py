@@ -11,6 +11,7 @@ from ....checks import Array
 from ....model import shapes
 from ....model.shapes import Shape
 from ....model.transforms import Transform
+from ....model.visuals import TriangleMesh
 
 
 def place(xform: Any, frame: Transform, scale: Sequence[float] | None = None) -> None:
@@ -31,8 +32,10 @@ def attribute(prim: Any, name: str, kind: str, value: object) -> None:
     prim.CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind), True).Set(value)
 
 
-def define(stage: Any, path: str, shape: Shape, frame: Transform) -> Any:
-    """The prim of a collider, at a place in the prim above."""
+def define(
+    stage: Any, path: str, shape: Shape | TriangleMesh, frame: Transform, *, collides: bool = True
+) -> Any:
+    """The prim of a collider or visual, at a place in the prim above."""
     from pxr import UsdGeom
 
     scale: Sequence[float] | None = None
@@ -55,12 +58,12 @@ def define(stage: Any, path: str, shape: Shape, frame: Transform) -> Any:
         made = UsdGeom.Plane.Define(stage, path)
         made.CreateAxisAttr(UsdGeom.Tokens.z)
     else:
-        made = _mesh(stage, path, shape)
+        made = _mesh(stage, path, shape, collides)
     place(made, frame, scale)
     return made.GetPrim()
 
 
-def _mesh(stage: Any, path: str, shape: Shape) -> Any:
+def _mesh(stage: Any, path: str, shape: Shape | TriangleMesh, collides: bool) -> Any:
     from pxr import UsdGeom, UsdPhysics, Vt
 
     made = UsdGeom.Mesh.Define(stage, path)
@@ -69,8 +72,9 @@ def _mesh(stage: Any, path: str, shape: Shape) -> Any:
     made.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(triangles), 3, dtype=np.int32)))
     made.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.astype(np.int32).ravel()))
     made.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    approximation = "convexHull" if isinstance(shape, shapes.Hull) else "none"
-    UsdPhysics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr(approximation)
+    if collides:
+        approximation = "convexHull" if isinstance(shape, shapes.Hull) else "none"
+        UsdPhysics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr(approximation)
     return made
 
 

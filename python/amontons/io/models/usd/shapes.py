@@ -168,15 +168,15 @@ class Colliders:
         scene = self.scene
         dynamic = scene.number(prim, "physics:dynamicFriction")
         static = scene.number(prim, "physics:staticFriction")
-        if static != dynamic:
-            what = f"staticFriction {static:g}; Coulomb's law here has one, dynamicFriction {dynamic:g}"
-            scene.refuse(prim, what)
+        if static < dynamic:
+            scene.refuse(prim, f"staticFriction {static:g} below the dynamicFriction {dynamic:g}")
         stiffness = scene.number(prim, "physxMaterial:compliantContactStiffness") * scene.kilogram
         damping = scene.number(prim, "physxMaterial:compliantContactDamping") * scene.kilogram
         density = scene.number(prim, "physics:density") * scene.kilogram / scene.metre**3
         try:
             material = Material(
                 friction=dynamic,
+                friction_static=static if static > dynamic else None,
                 restitution=scene.number(prim, "physics:restitution"),
                 compliance=1 / stiffness if stiffness > 0 else 0.0,
                 relaxation_time=damping / stiffness if stiffness > 0 else 0.0,

@@ -65,6 +65,7 @@ class _Writer:
         bodies = [self._body(k, body) for k, body in enumerate(self.model.bodies)]
         self.bodies = bodies
         geoms = self._geoms()
+        self._visuals()
         joints = JointWriter(self.stage, self.model, bodies, self.lost).write("/model/joints")
         self._pairs(bodies, geoms)
         self._groups(geoms)
@@ -92,15 +93,12 @@ class _Writer:
         for what, things in (
             ("pairs of geoms with a material of their own", model.pair_materials),
             ("tendons", model.tendons), ("boxes in a fluid", model.fluid_boxes), ("sites", model.sites),
-            ("sensors", model.sensors), ("keyframes", model.keyframes), ("visuals", model.visuals),
+            ("sensors", model.sensors), ("keyframes", model.keyframes),
             ("links that are parts of bodies", model.links),
         ):  # fmt: skip
             if things:
-                effect = (
-                    "none"
-                    if what.split()[0] in ("sites", "sensors", "keyframes", "visuals", "links")
-                    else "large"
-                )
+                quiet = what.split()[0] in ("sites", "sensors", "keyframes", "links")
+                effect = "none" if quiet else "large"
                 self.lost.append(Lost("model", f"{len(things)} {what}", effect))
 
     def _shape(self, prim: Any, index: int) -> Any:
@@ -149,10 +147,12 @@ class _Writer:
         return prim
 
     def _geoms(self) -> list[Any]:
-        from pxr import UsdPhysics, UsdShade
+        from pxr import UsdGeom, UsdPhysics, UsdShade
 
         model, prims = self.model, []
         names = identifiers([geom.name for geom in model.geoms], (*OWN_NAMES, *self.names))
+        self.taken = (*OWN_NAMES, *self.names, *names)
+        seen = {visual.body for visual in model.visuals}
         for name, geom in zip(names, model.geoms, strict=True):
             above = "/model" if geom.body == WORLD else f"/model/{self.names[geom.body]}"
             prim = define(self.stage, f"{above}/{name}", geom.shape, geom.frame)
@@ -161,8 +161,23 @@ class _Writer:
                 self._material(geom.material), UsdShade.Tokens.weakerThanDescendants, "physics"
             )
             self._surface(prim, geom)
+            if geom.body in seen:
+                UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
             prims.append(prim)
         return prims
+
+    def _visuals(self) -> None:
+        """Prims without physics; pictures of a body with visuals do not show its colliders."""
+        from pxr import Gf, UsdGeom
+
+        names = identifiers([v.name or f"visual_{k}" for k, v in enumerate(self.model.visuals)], self.taken)
+        for name, visual in zip(names, self.model.visuals, strict=True):
+            above = "/model" if visual.body == WORLD else f"/model/{self.names[visual.body]}"
+            prim = define(self.stage, f"{above}/{name}", visual.shape, visual.frame, collides=False)
+            if visual.colour is not None:
+                seen = UsdGeom.Gprim(prim)
+                seen.CreateDisplayColorAttr([Gf.Vec3f(*visual.colour[:3])])
+                seen.CreateDisplayOpacityAttr([visual.colour[3]])
 
     def _surface(self, prim: Any, geom: Geom) -> None:
         if geom.material.rest_offset:
@@ -182,7 +197,8 @@ class _Writer:
             path = f"/model/materials/material_{len(self.materials)}"
             prim = UsdShade.Material.Define(self.stage, path).GetPrim()
             surface = UsdPhysics.MaterialAPI.Apply(prim)
-            surface.CreateStaticFrictionAttr(material.friction)
+            static = material.friction_static
+            surface.CreateStaticFrictionAttr(material.friction if static is None else static)
             surface.CreateDynamicFrictionAttr(material.friction)
             surface.CreateRestitutionAttr(material.restitution)
             if material.compliance:

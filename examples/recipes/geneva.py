@@ -1,0 +1,52 @@
+"""A Geneva drive of four slots: a turn of the driver turns the wheel by a quarter, and it rests between."""
+
+import math
+
+import numpy as np
+from amontons import Material, ModelBuilder, Motor, Simulation, shapes
+from solids import extruded
+
+reach, pin, slot = 0.05, 0.004, 0.0043  # m: crank, radius of the pin, half width of a slot
+centre = reach * math.sqrt(2)  # of the wheel: the pin enters along the slot
+outer = 0.052  # m, of the wheel
+bottom = centre - reach - 0.006  # m, of the slots
+speed = 4.0  # rad/s
+
+
+def wheel() -> list[tuple[float, float]]:
+    """A cross: between two slots an arc of the rim."""
+    points = []
+    edge = math.asin(slot / outer)
+    for k in range(4):
+        turn = math.radians(45 + 90 * k)
+        corners = [(math.sqrt(outer**2 - slot**2), -slot), (bottom, -slot), (bottom, slot)]
+        points += [(x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn))
+                   for x, y in corners]  # fmt: skip
+        rim = np.linspace(turn + edge, turn + math.pi / 2 - edge, 6)[:-1]
+        points += [(outer * math.cos(a), outer * math.sin(a)) for a in rim]
+    return points
+
+
+parts = shapes.decompose(extruded(wheel(), 0.01), error=0.002)
+print(f"the wheel is {len(parts.hulls)} parts; they reach out by {1e3 * parts.deviation:.2f} mm")
+
+builder = ModelBuilder(gravity=(0, 0, 0))
+steel = Material(friction=0.05)
+driver = builder.add_body("driver")
+builder.add_geom(driver, shapes.Cylinder(pin, 0.006), position=(-reach, 0, 0), density=7800, material=steel)
+arm = shapes.Box((reach / 2, 0.006, 0.003))
+builder.add_geom(driver, arm, position=(-reach / 2, 0, -0.012), density=7800, category=0, mask=0)
+builder.add_revolute_joint(driver, point=(0, 0, 0), axis=(0, 0, 1), name="crank",
+                           motor=Motor("velocity", control=speed))  # fmt: skip
+star = builder.add_body("wheel", position=(centre, 0, 0))
+for hull in parts.hulls:
+    builder.add_geom(star, hull, density=7800, material=steel)
+# Dry friction holds the wheel while no pin does, in place of the arc of a lock.
+builder.add_revolute_joint(star, point=(centre, 0, 0), axis=(0, 0, 1), name="wheel", friction=0.02)
+simulation = Simulation(builder.build(), dt=1e-3)
+simulation.run(2 * math.pi / speed)
+
+turned = -math.degrees(simulation.coordinate("wheel"))
+clearance = math.degrees(2 * (slot - pin + parts.deviation) / (centre - reach))
+print(f"a turn of the driver turns the wheel by {turned:.2f} degrees")
+assert abs(turned - 90) < clearance
