@@ -156,7 +156,7 @@ void change_free(const BodyVelocities& change, Problem& problem) {
   }
 }
 
-std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
+std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
   const auto& A = std::get<ContactSystem>(problem.A);
   static thread_local std::vector<double> w;
   w.assign(6 * A.bodies.size(), 0.0);
@@ -164,19 +164,19 @@ std::span<const double> impulses_on_bodies(const Problem& problem, std::span<con
   return w;
 }
 
-// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
-void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  static thread_local std::vector<double> w;
-  w.assign(6 * A.bodies.size(), 0.0);
-  add_impulses(A, x, w);
-  apply_masses(A, w);
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, BodyVelocities& v) {
+  apply_masses(std::get<ContactSystem>(problem.A), w, rates);
   for (std::size_t i = 0; i < v.size(); ++i) {
     const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
   }
+}
+
+// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
+  add_moved(problem, impulses_on_bodies(problem, x), nullptr, v);
 }
 
 }  // namespace amontons

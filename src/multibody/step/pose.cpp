@@ -45,21 +45,18 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // Contacts turn with the velocities that the impulses of the last step would give: for smooth motion a
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
-  BodyVelocities& v = posed.predicted;
-  v = posed.x0.empty() ? o.start : o.free;
-  if (!posed.x0.empty()) apply_impulses(*posed.problem, posed.x0, v);
+  const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
   turn_contacts({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.finder,
                 posed.turns, *posed.problem);
 }
 
 // The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
-// the motion of second order with contacts, too. b follows.
-static void foresee_impulses(const StepSetting& step, const State& state, Observed& o, StepProblem& posed) {
+// the motion of second order with contacts, too. b follows. `w`: those impulses, per body.
+static void foresee_impulses(const StepSetting& step, const State& state, std::span<const double> w,
+                             Observed& o, StepProblem& posed) {
   // The change of the free velocities is known only afterwards; b needs no other.
-  BodyVelocities& change = posed.predicted;
+  BodyVelocities& change = posed.change;
   change = o.free;
-  std::span<const double> w;
-  if (!posed.x0.empty()) w = impulses_on_bodies(*posed.problem, posed.x0);
   foresee_tree_velocities(step.model, step.forest, state, step.h, o.frames, o.start, w, o.trees, o.free);
   for (std::size_t i = 0; i < change.size(); ++i)
     change[i] = {o.free[i].linear - change[i].linear, o.free[i].angular - change[i].angular};
@@ -80,7 +77,16 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   posed.problem->law = step.options.law;
   assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
-  if (!step.forest.empty()) foresee_impulses(step, state, o, posed);
+  std::span<double> w;
+  if (!posed.x0.empty() && (!step.forest.empty() || !o.contacts.empty()))
+    w = impulses_on_bodies(*posed.problem, posed.x0);
+  if (!step.forest.empty()) foresee_impulses(step, state, w, o, posed);
+  // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
+  posed.predicted.clear();
+  if (!w.empty() && !o.contacts.empty()) {
+    posed.predicted = o.free;
+    add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
+  }
   posed.turns.added.clear();
   if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search) &&
       !off("turn contacts"))
@@ -91,6 +97,7 @@ void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepP
   std::size_t before = 0, added = 0;
   for (std::size_t i = 0; i < o.contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(o.contacts[i].rows);
+  posed.predicted.clear();
   posed.x0 = x;
   posed.x0.insert(posed.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
   assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);

@@ -10,7 +10,7 @@ inline constexpr double rounding = 1e-11;
 // Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
 // 2 ms.
 inline constexpr int most_rounds = 8;
-// Change of rates (relative to the fastest): at which these rounds end.
+// Change of rates (relative to the fastest): these rounds end if the next one would change them less.
 inline constexpr double rate_precision = 1e-9;
 // Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result. More
 // is left where coordinates turn by radians within a step (a chain that snaps straight, test_trees).

@@ -208,6 +208,8 @@ bool find_rates(const Model& model, const Forest& forest, const State& state, do
     if (change <= trees::rate_precision * fastest) return true;
     // At rounding changes no longer fall.
     if (!(change < last)) return change <= trees::most_left * fastest;
+    // Changes fall by a factor per round, so that the next one is known: change^2 / last.
+    if (round > 0 && change * change <= trees::rate_precision * fastest * last) return true;
     last = change;
   }
   return last <= trees::most_left * fastest;
