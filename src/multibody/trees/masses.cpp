@@ -19,6 +19,10 @@ void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
   }
   linkage.arm.resize(linkage.body.size());
   linkage.parent = forest.parent;
+  for (std::size_t k = 0; k < forest.parent.size(); ++k) {
+    const bool follows = k > 0 && forest.parent[k] == static_cast<Index>(k) - 1;
+    linkage.run.push_back(follows ? linkage.run.back() + 1 : 1);
+  }
   linkage.column.resize(forest.parent.size());
   linkage.first.assign(1, 0);
   std::vector<std::size_t> depth(forest.parent.size());
