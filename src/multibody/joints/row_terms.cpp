@@ -45,10 +45,12 @@ double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) 
   return trees.inverse_mass(row) + inverse_effective_mass(trees.without_trees(row), bodies.mobility);
 }
 
+// A tree may lock the direction of a row: a planar loop holds itself in its plane. D M^-1 D' with the joints
+// of the tree is then zero up to rounding, and a compliance relative to it no compliance. Free bodies set it.
 void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
-      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies);
+      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
   rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 

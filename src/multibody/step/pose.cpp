@@ -5,6 +5,7 @@
 #include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/joints/dof_rows.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
 #include "multibody/trees/rates.hpp"
@@ -30,6 +31,16 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
 
 double enough_of_a_turn(const StepSetting& step) {
   return step::least_turn * step.h * norm(step.model.description().gravity);
+}
+
+// Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
+// there: an inertia along a tendon would take the difference for an acceleration.
+static void find_past_of_trees(const StepSetting& step, const State& state, Observed& o, JointRows& rows) {
+  const auto has_inertia = [](const Tendon& t) { return t.armature > 0; };
+  const auto& tendons = step.model.description().tendons;
+  if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
+  past_of({step.model, o.bodies(), o.joints, state, step.joint_options()}, rows);
+  change_past(step.model, step.forest, state, step.h, o.frames, o.start, o.trees, rows.past);
 }
 
 // The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
@@ -66,6 +77,7 @@ static void foresee_impulses(const StepSetting& step, const State& state, std::s
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
   const Model& model = step.model;
   posed.rows.clear();
+  find_past_of_trees(step, state, o, posed.rows);
   append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(), posed.rows);
   if (!step.damped)
     reflect_joints({model, o.frames, o.joints, o.start, o.spins, o.contacts, step.h}, state, posed.rows,

@@ -120,6 +120,21 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
   }
 }
 
+// Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
+void change_past(const Model& model, const Forest& forest, const State& state, double h,
+                 const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees,
+                 std::vector<Past>& past) {
+  make_momenta(model, forest, state, frames, start, trees.before, -h, trees, trees.momenta);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const Transform& pose = trees.moved[i];
+    const Vec3 centre = pose(model.body(body).centre_of_mass);
+    const Vec3 mean = (1 / h) * (frames[body].centre - centre);
+    past[body] = {
+        pose, centre, {2 * mean - start[body].linear, 2 * trees.chord[i].angular - start[body].angular}};
+  }
+}
+
 // Parents and bodies as they move, relative to each other: an error of one joint does not reach the next one.
 // The rest of the spin after the dofs of a ball is that of the ball.
 void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,

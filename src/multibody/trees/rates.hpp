@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "amontons/multibody/joints/rows.hpp"
 #include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
@@ -34,6 +35,11 @@ void make_momenta(const Model& model, const Forest& forest, const State& state, 
 // The same of rates so slow that the displacement over a step is that of the velocity.
 void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
                        std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta);
+
+// Poses and velocities of the bodies of trees at the start of the last displacement, over h.
+void change_past(const Model& model, const Forest& forest, const State& state, double h,
+                 const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees,
+                 std::vector<Past>& past);
 
 // Inertias that stand for the stiffness of light links resist the change of rates since the start.
 void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,
