@@ -123,6 +123,7 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
     for form, run in ours.items():
         row |= run.facts(form)
     row["trees_to_rows"] = row["trees"] / row["rows"]
+    row["run_trees_to_rows"] = sum(counted(ours["trees"].times)) / sum(counted(ours["rows"].times))
     if others:
         row["mujoco"] = median(counted(others[0].times))
         row["trees_to_mujoco"] = row["trees"] / row["mujoco"]
