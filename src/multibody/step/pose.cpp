@@ -8,6 +8,7 @@
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
+#include "multibody/trees/momenta.hpp"
 #include "multibody/trees/rates.hpp"
 
 namespace amontons {

@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "amontons/multibody/joints/rows.hpp"
 #include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
@@ -24,26 +23,6 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free);
-
-// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
-// h; h < 0: while they came. It belongs to the displacement of the centre of mass and to the rotation over h.
-// The inertia is that in the middle, R I R' with R half of the rotation.
-void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
-                  std::vector<Flow>& momenta);
-
-// The same of rates so slow that the displacement over a step is that of the velocity.
-void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                       std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta);
-
-// Poses and velocities of the bodies of trees at the start of the last displacement, over h.
-void change_past(const Model& model, const Forest& forest, const State& state, double h,
-                 const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees,
-                 std::vector<Past>& past);
-
-// Inertias that stand for the stiffness of light links resist the change of rates since the start.
-void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,
-                        std::vector<Flow>& impulses);
 
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and the velocities for
 // `rates_then` there. Bodies outside of trees have moved already, with the velocities v.

@@ -2,7 +2,7 @@
 // carries the change of momentum of all bodies beyond it less the other impulses on them.
 #include "multibody/trees/reactions.hpp"
 
-#include "multibody/trees/rates.hpp"
+#include "multibody/trees/momenta.hpp"
 
 namespace amontons {
 
