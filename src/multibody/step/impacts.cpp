@@ -135,7 +135,8 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
-    const Problem problem = assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true});
+    const Problem problem =
+        assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true, .model = &step.model});
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);

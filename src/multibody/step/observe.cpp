@@ -43,6 +43,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {
     place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
+    o.trees.stiffness.clear();
     make_tree_masses(model, forest, state, o.frames, h, o.trees);
   }
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
@@ -70,6 +71,10 @@ void stiffen(const StepSetting& step, const State& state, Observed& o) {
 
 void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& o) {
   if (o.is_stiffened) o.mobility = o.stiffened;
+  if (o.is_stiffened && !step.forest.empty()) {
+    o.trees.stiffness = o.stiffness;
+    make_tree_masses(step.model, step.forest, state, o.frames, step.h, o.trees);
+  }
   if (bounced || o.is_stiffened) make_free_velocities(step, state, o);
 }
 

@@ -131,7 +131,12 @@ void find_near_contacts(const SmoothInput& in, std::vector<unsigned char>& touch
 }  // namespace
 
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch) {
-  if (in.model.joints() == 0) return;
+  const auto is_rigid = [&](std::size_t i) {
+    return rows.tags[i].kind == RowKind::locked && rows.restraint[i] == Restraint::equality;
+  };
+  std::size_t first_rigid = 0;
+  while (first_rigid < rows.tags.size() && !is_rigid(first_rigid)) ++first_rigid;
+  if (first_rigid == rows.tags.size()) return;
   // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
   // The resulting slip belongs to a pose in which they never were, and is removed.
   const bool first = !(state.impulse_step > 0);
@@ -154,9 +159,9 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   Index joint = -1;
   bool smooth = true;
   JointSlip out;
-  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
+  for (std::size_t i = first_rigid; i < rows.tags.size(); ++i) {
     const RowTag& tag = rows.tags[i];
-    if (tag.kind != RowKind::locked || rows.restraint[i] != Restraint::equality) continue;
+    if (!is_rigid(i)) continue;
     const JointContext& now = in.joints[tag.joint];
     if (tag.joint != joint) {
       joint = tag.joint;

@@ -190,7 +190,8 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   Observed& o = scratch_->observed;
   place_bodies(*model_, state_, o.frames, o.mobility, o.start);
-  add_energies(*model_, state_, o.frames, o.start, options_.dt / report.substeps, report);
+  static const Forest none;
+  add_energies(*model_, report.advanced ? *forest_ : none, state_, o, options_.dt / report.substeps, report);
   report.timings.total += clock.elapsed();
 }
 

@@ -6,12 +6,6 @@ namespace amontons {
 
 namespace {
 
-// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
-Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
-  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
-          inertia.second * v.angular + cross(inertia.first, v.linear)};
-}
-
 // The parts of a linkage that no step changes: which coordinate moves which body, and where the rows of M
 // lie. A row has one entry per coordinate on the way to the root, itself included, that is as many as it is
 // deep.
@@ -25,6 +19,10 @@ void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
   }
   linkage.arm.resize(linkage.body.size());
   linkage.parent = forest.parent;
+  for (std::size_t k = 0; k < forest.parent.size(); ++k) {
+    const bool follows = k > 0 && forest.parent[k] == static_cast<Index>(k) - 1;
+    linkage.run.push_back(follows ? linkage.run.back() + 1 : 1);
+  }
   linkage.column.resize(forest.parent.size());
   linkage.first.assign(1, 0);
   std::vector<std::size_t> depth(forest.parent.size());
@@ -105,6 +103,9 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
     linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
   }
   trees.carried = trees.inertias;
+  if (h > 0)
+    for (std::size_t i = 0; !trees.stiffness.empty() && i < forest.bodies.size(); ++i)
+      trees.carried[i].second = trees.carried[i].second + trees.stiffness[forest.bodies[i].body];
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     const TreeInertia& inertia = trees.carried[i];

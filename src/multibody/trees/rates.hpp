@@ -24,13 +24,6 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
                              const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                              TreeStep& trees, BodyVelocities& free);
 
-// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
-// h; h < 0: while they came. It belongs to the displacement of the centre of mass and to the rotation over h.
-// The inertia is that in the middle, R I R' with R half of the rotation.
-void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
-                  std::vector<Flow>& momenta);
-
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and the velocities for
 // `rates_then` there. Bodies outside of trees have moved already, with the velocities v.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,

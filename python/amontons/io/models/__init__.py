@@ -254,5 +254,6 @@ def _read(compiled: Compiled, loops: Path | None) -> tuple[Model, Geoms]:
         fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
         fluid_boxes=tuple(boxes),
         unread=compiled.issues.unread(),
+        trees="auto",
     )
     return model, geoms
