@@ -8,7 +8,7 @@ namespace amontons::python {
 void bind_held_step(nb::module_& m) {
   nb::class_<HeldStep>(m, "HeldStep", "The last step of a simulation with its faces held.")
       .def(nb::init<const Simulation&>(), nb::arg("simulation"))
-      .def("options", &HeldStep::options, nb::arg("given"),
+      .def("options", &HeldStep::options, nb::arg("given"), nb::arg("reach"),
            "Options of simulations that make the step on these faces.")
       .def_prop_ro("margin", &HeldStep::margin)
       .def_prop_ro("determines_velocities", &HeldStep::determines_velocities)

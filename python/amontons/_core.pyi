@@ -1948,7 +1948,7 @@ class HeldStep:
 
     def __init__(self, simulation: Simulation) -> None: ...
 
-    def options(self, given: SimulationOptions) -> SimulationOptions:
+    def options(self, given: SimulationOptions, reach: float) -> SimulationOptions:
         """Options of simulations that make the step on these faces."""
 
     @property

@@ -35,7 +35,7 @@ HeldStep::HeldStep(const Simulation& simulation) {
                 : std::make_shared<Shared>(Problem{}, law, std::vector<double>{});
 }
 
-SimulationOptions HeldStep::options(SimulationOptions given) const {
+SimulationOptions HeldStep::options(SimulationOptions given, double reach) const {
   given.own_method = [shared = shared_](const Problem& problem, const Options& options) {
     std::optional<HeldFaces::Nearby> near = shared->faces.solve(problem);
     if (!near) {
@@ -47,7 +47,7 @@ SimulationOptions HeldStep::options(SimulationOptions given) const {
     shared->residual = std::max(shared->residual, near->residual);
     return std::move(near->x);
   };
-  given.held = true;
+  given.held = reach;
   given.warm_start = false;  // a start within the tolerance would be taken for the solution
   given.max_substeps = 1;
   given.threads = 1;

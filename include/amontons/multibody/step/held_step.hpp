@@ -13,8 +13,9 @@ class HeldStep {
   // InputError before the first step.
   explicit HeldStep(const Simulation& simulation);
 
-  // The options of simulations that make the step held, of this model or of a variant.
-  SimulationOptions options(SimulationOptions given) const;
+  // The options of simulations that make the step held, of this model or of a variant. reach: the largest
+  // change of positions (of Model::length, > 0), up to which contacts and limits that rest stay closed.
+  SimulationOptions options(SimulationOptions given, double reach) const;
 
   // See HeldFaces.
   double margin() const;
