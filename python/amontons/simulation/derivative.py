@@ -24,7 +24,7 @@ from .differences import HELD_CHANGE, HELD_REACH, Stepped, entries_of, held_chan
 
 OPEN_END = 1e-5
 """Relative: by which parameters change, and in their units those of zero."""
-INCONSISTENT = 1e-3
+INCONSISTENT = 1e-4
 """A held solution whose equations err by more of its change (m/s) has no derivative."""
 NEAR = 10.0
 """Changes: margins below so many are borders."""
@@ -92,6 +92,10 @@ class Held:
         self.model, self._options = model, self.step.options(options, HELD_REACH)
         core.restore_last()
         self._before = core.snapshot()
+        self.after = self.simulation()
+        """after the held step"""
+        self.after.step()
+        self.step.close()
 
     def simulation(self, model: Model | None = None) -> _core.Simulation:
         """Before the step; of a variant of the model."""
@@ -111,9 +115,7 @@ def derivative_of(
 ) -> Derivative:
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
-    after = core.copy()
-    after.step()
-    stepped = Stepped(model, model.tree.coordinates(after)[0], threads)
+    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads)
     entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
     sides = list(stepped.sides(core, entries))
     (middle,) = stepped.after([placed(core, model)])

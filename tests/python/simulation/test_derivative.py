@@ -42,6 +42,17 @@ def rolling_ball():
     return builder.build(), 3, {}, {}
 
 
+def bouncing_cube():
+    """A cube that strikes with a corner, slips and bounces: an impact is a problem of its own in its step."""
+    law, turn = Material(friction=0.3, restitution=0.5), np.array((0.9, 0.3, 0.2, 0.1))
+    builder = ModelBuilder()
+    builder.add_floor(material=law)
+    builder.add_body("cube", shape=shapes.Box((0.05,) * 3), mass=0.37, position=(0, 0, 0.12),
+                     orientation=turn / np.linalg.norm(turn), linear_velocity=(1, 0.2, -1),
+                     angular_velocity=(3, 2, 1), material=law)  # fmt: skip
+    return builder.build(), 7, {}, {}
+
+
 def arm():
     """Hinges with spring, damper, armature, dry friction that slides, a servo and a motor, at a limit."""
     builder = ModelBuilder()
@@ -115,6 +126,7 @@ def central(model, sim, options, change=None, control=None):
 MODELS = {
     "slip": sliding_box,
     "stick": rolling_ball,
+    "bounce": bouncing_cube,
     "rows of joints": arm,
     "closed loop": loop,
     "rope that slips": rope,
@@ -166,6 +178,7 @@ def started(name, trees="none"):
 PARAMETERS = {
     "slip": ("friction:*", "mass:box"),
     "stick": ("mass:ball",),
+    "bounce": ("friction:*", "restitution:*"),
     "rows of joints": ("damping:shoulder", "armature:shoulder", "mass:lower", "gain:servo"),
     "closed loop": ("damping:crank_pin", "mass:rod"),
 }
