@@ -20,7 +20,17 @@ from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
-from .differences import HELD_CHANGE, HELD_REACH, Stepped, entries_of, held_change, kinks_of, names_of, placed
+from .differences import (
+    HELD_CHANGE,
+    HELD_REACH,
+    Stepped,
+    entries_of,
+    felt,
+    held_change,
+    kinks_of,
+    names_of,
+    placed,
+)
 
 OPEN_END = 1e-5
 """Relative: by which parameters change, and in their units those of zero."""
@@ -116,9 +126,10 @@ def derivative_of(
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
     stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads)
-    entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
-    sides = list(stepped.sides(core, entries))
     (middle,) = stepped.after([placed(core, model)])
+    entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
+    entries = felt(stepped, core, entries, middle)
+    sides = list(stepped.sides(core, entries))
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)

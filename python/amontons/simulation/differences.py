@@ -25,6 +25,11 @@ HELD_CHANGE = 1e-7
 """the same where steps are held on their faces and solved to rounding: errors of 1e-9"""
 HELD_REACH = 1e-6
 """of Model.length: overlaps that held steps close. Changes make them, with levers of ten lengths."""
+ROUNDING = 1e-6
+"""Inputs of held steps change until rates change by so much of those of a fall through `Model.length`. Less
+would be near rounding where an input moves little."""
+MOST_INPUT = 1e-2
+"""N, N m or the unit of a control, relative above 1: by which inputs change at most"""
 TOGETHER = 32
 """copies that are stepped at a time"""
 KINK = 0.02
@@ -168,10 +173,35 @@ def entries_of(core: _core.Simulation, model: Model, inputs: str, change: float 
     return [Entry(e.kind, e.index, scale * e.low, scale * e.high) for e in found]
 
 
-def _of_state(model: Model) -> Iterator[Entry]:
+def _typical_rate(model: Model) -> float:
+    """1/s: that of what falls through Model.length; without gravity, of what passes it in a second."""
     gravity = float(np.linalg.norm(model.gravity))
-    # Rates that fall through Model.length would have; without gravity those that pass it in a second.
-    rate = CHANGE * (np.sqrt(gravity / model.length) if gravity > 0 else 1.0)
+    return float(np.sqrt(gravity / model.length)) if gravity > 0 else 1.0
+
+
+def felt(stepped: Stepped, core: _core.Simulation, entries: list[Entry], middle: Array) -> list[Entry]:
+    """Entries whose inputs change by enough to be felt: steps held on their faces bear larger changes."""
+    model = stepped.model
+    inputs = [e for e in entries if e.kind in INPUTS]
+    copies = _as_before([], core, len(inputs))
+    if not inputs:
+        return entries
+    _change(copies, model, [(e, e.high or e.low) for e in inputs])
+    scale = np.where(angles(model), 1.0, 1 / model.length) / _typical_rate(model)
+    found = [e for e in entries if e.kind not in INPUTS]
+    for entry, after in zip(inputs, stepped.after(copies), strict=True):
+        moved = float(np.abs((after - middle)[model.nv : 2 * model.nv] * scale).max(initial=0.0))
+        now = float(getattr(core, entry.kind)[entry.index])
+        most = MOST_INPUT * max(1.0, abs(now)) / (max(entry.high, -entry.low) or 1.0)
+        factor = min(max(1.0, ROUNDING / moved), most) if moved > 0 else most
+        lower, upper = model.control_limits[entry.index] if entry.kind == "controls" else (-np.inf, np.inf)
+        low, high = max(factor * entry.low, lower - now), min(factor * entry.high, upper - now)
+        found.append(Entry(entry.kind, entry.index, low, high))
+    return found
+
+
+def _of_state(model: Model) -> Iterator[Entry]:
+    rate = CHANGE * _typical_rate(model)
     units = np.where(angles(model), 1.0, model.length)
     for kind, by in (("q", CHANGE), ("qd", rate)):
         yield from (Entry(kind, k, -by * unit, by * unit) for k, unit in enumerate(units.tolist()))

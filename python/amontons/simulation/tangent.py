@@ -93,3 +93,24 @@ def logarithm(a: Array) -> Array:
     half = np.linalg.norm(a[..., 1:], axis=-1, keepdims=True)
     some = np.maximum(half, SMALL)
     return a[..., 1:] * np.where(half < SMALL, 2.0, 2 * np.arctan2(some, a[..., :1]) / some)
+
+
+def along_velocities(model: Model, q: Array, slope: Array) -> Array:
+    """Derivatives over changes of q along qd, (nv,), from those over the entries of q, (nq,)."""
+    found = np.zeros(model.nv)
+    for at, rates in linear_entries(model):
+        found[rates] = slope[at]
+    for at, rates in rotations(model):
+        # Turned by a vector r, q changes by q (0, r) / 2.
+        found[rates] = 0.5 * product(conjugate(q[at]), slope[at])[1:]
+    return found
+
+
+def of_coordinates(model: Model, q: Array, slope: Array) -> Array:
+    """The inverse: derivatives over the entries of q, (nq,), of which none is along a quaternion."""
+    found = np.zeros(model.nq)
+    for at, rates in linear_entries(model):
+        found[at] = slope[rates]
+    for at, rates in rotations(model):
+        found[at] = 2 * product(q[at], np.concatenate([[0.0], slope[rates]]))
+    return found
