@@ -16,9 +16,13 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
+
+try:
+    import jax
+    import jax.numpy as jnp
+except ImportError as error:
+    raise ImportError(f"amontons.jax needs JAX ({error}): pip install jax") from None
 
 from .errors import InputError
 from .model.model import Model

@@ -14,7 +14,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import torch
+
+try:
+    import torch
+except ImportError as error:
+    raise ImportError(f"amontons.torch needs PyTorch ({error}): pip install torch") from None
 
 from .model.model import Model
 from .studies import tensors
