@@ -20,12 +20,21 @@ from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
-from .differences import HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
-from .forces import effort_table
+from .differences import (
+    HELD_CHANGE,
+    HELD_REACH,
+    Stepped,
+    entries_of,
+    felt,
+    held_change,
+    kinks_of,
+    names_of,
+    placed,
+)
 
 OPEN_END = 1e-5
 """Relative: by which parameters change, and in their units those of zero."""
-INCONSISTENT = 1e-3
+INCONSISTENT = 1e-4
 """A held solution whose equations err by more of its change (m/s) has no derivative."""
 NEAR = 10.0
 """Changes: margins below so many are borders."""
@@ -90,9 +99,13 @@ class Held:
     def __init__(self, core: _core.Simulation, model: Model, options: _core.SimulationOptions) -> None:
         """core: after the step, solved to rounding; it goes back to the state before it."""
         self.step = _core.HeldStep(core)
-        self.model, self._options = model, self.step.options(options)
+        self.model, self._options = model, self.step.options(options, HELD_REACH)
         core.restore_last()
         self._before = core.snapshot()
+        self.after = self.simulation()
+        """after the held step"""
+        self.after.step()
+        self.step.close()
 
     def simulation(self, model: Model | None = None) -> _core.Simulation:
         """Before the step; of a variant of the model."""
@@ -112,12 +125,11 @@ def derivative_of(
 ) -> Derivative:
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
-    after = core.copy()
-    after.step()
-    stepped = Stepped(model, model.tree.coordinates(after)[0], threads)
-    entries = entries_of(core, model, inputs, held_change(model))
-    sides = list(stepped.sides(core, entries))
+    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads)
     (middle,) = stepped.after([placed(core, model)])
+    entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
+    entries = felt(stepped, core, entries, middle)
+    sides = list(stepped.sides(core, entries))
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)
@@ -137,19 +149,6 @@ def derivative_of(
         held.step.margin,
         reason,
     )
-
-
-def limits_at_rest(core: _core.Simulation, model: Model) -> list[str]:
-    """The degrees of freedom that rested at a limit in the last step. A step opens it and never closes an
-    overlap, so that it has a derivative to one side alone."""
-    # A held step closes overlaps of up to a thousandth of the fall (step/policy.hpp, closing).
-    reach = 1e-6 + 2e-3 * float(np.linalg.norm(model.gravity)) * core.impulse_step**2 / model.length
-    found = []
-    for row, (name, dof) in zip(effort_table(core), degrees(model.joints), strict=True):
-        gap = min(row["coordinate"] - dof.lower, dof.upper - row["coordinate"])
-        if row["limit"] != 0 and dof.lower < dof.upper and abs(gap) <= reach:
-            found.append(name)
-    return found
 
 
 def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:

@@ -112,7 +112,8 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
     const std::size_t row = b.size();
     b.resize(row + static_cast<std::size_t>(c.rows));
     to_rows(c, u.linear, u.angular, c.moment_length, &b[row]);
-    const double recovery = std::max(options.recovery_speed, closes(c) ? options.closing : 0);
+    const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
+                                      -c.gap <= options.held ? options.held / options.h : 0});
     b[row] += contact_bias(c, b[row], recovery, options);
     append_set(c, K);
     const double E = contact_compliance(c.material, options);

@@ -26,6 +26,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
           .most_closed = error,
+          .held = step.held_reach(),
           .slack = few ? 0 : std::min(drift, step::most_slack * length),
           .model = &step.model};
 }

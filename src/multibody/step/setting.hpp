@@ -22,10 +22,15 @@ struct StepSetting {
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
-  // A held step treats limits as every step treats contacts, whose small overlaps are closed.
+  // A held step closes overlaps up to this (m) at once, so that limits and contacts that rest stay closed
+  // after the small changes whose differences are its derivative.
+  double held_reach() const {
+    if (options.held == 0) return 0;
+    return step::closing * h * h * norm(model.description().gravity) + options.held * model.length();
+  }
   JointOptions joint_options() const {
     JointOptions all{h, recovery, model.length()};
-    if (options.held) all.closing = step::closing * h * norm(model.description().gravity);
+    all.closing = held_reach() / h;
     return all;
   }
 };
