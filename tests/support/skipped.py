@@ -72,6 +72,7 @@ GROUPS = (
         lambda: False,
     ),
     Group("Stable-Baselines3", r"Stable-Baselines3", f"{INSTALL} stable-baselines3", lambda: False),
+    Group("PyTorch and JAX", r"PyTorch|JAX", f"{INSTALL} torch jax", lambda: False),
     Group(
         "files of other projects",
         r"AMONTONS_DATA|^no (model|models in) /",
