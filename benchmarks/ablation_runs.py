@@ -77,7 +77,7 @@ def stop_now(signum: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def solve(problem: amontons.Problem, law: str, tolerance: float) -> Row:
+def solve(problem: amontons.vi.Problem, law: str, tolerance: float) -> Row:
     signal.signal(signal.SIGPROF, stop_now)
     signal.setitimer(signal.ITIMER_PROF, DEADLINE)
     try:

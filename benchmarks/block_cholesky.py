@@ -21,10 +21,10 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def body_space_matrix(path: Path) -> sp.csr_array:
-    A = amontons.read_problem(path).A
-    if isinstance(A, amontons.Contacts):
+    A = amontons.vi.read_problem(path).A
+    if isinstance(A, amontons.vi.Contacts):
         A = A.stored()
-    if not isinstance(A, amontons.Factored):
+    if not isinstance(A, amontons.vi.Factored):
         raise SystemExit(f"{path}: its A is not factored, so that there is no body space")
     D = A.jacobian()
     D = D[:, np.repeat(np.diff(sp.csc_array(D).indptr).reshape(-1, 6).any(axis=1), 6)]  # bodies without rows

@@ -54,20 +54,20 @@ def calls(simulation: amontons.Simulation) -> dict[str, Callable[[], object]]:
         "step, compiled": core.step,
         "step": simulation.step,
         "contacts": contacts,
-        "links": lambda: simulation.links,
-        "link(name)": lambda: simulation.link(link),
-        "jacobian(name)": lambda: simulation.jacobian(link),
-        "jacobians()": simulation.jacobians,
+        "links": lambda: simulation.kinematics.links,
+        "link(name)": lambda: simulation.kinematics.link(link),
+        "jacobian(name)": lambda: simulation.kinematics.jacobian(link),
+        "jacobians()": simulation.kinematics.jacobians,
         "q": lambda: simulation.q,
     }
     if model.joints:
         joint = model.joint_names[-1]
         given |= {
-            "efforts()": simulation.efforts,
-            "joint_efforts": lambda: simulation.joint_efforts,
-            "effort(name)": lambda: simulation.effort(joint),
-            "joint_reactions": lambda: simulation.joint_reactions,
-            "reaction(name)": lambda: simulation.reaction(joint),
+            "efforts()": simulation.forces.efforts,
+            "joint_efforts": lambda: simulation.forces.joint_efforts,
+            "effort(name)": lambda: simulation.forces.effort(joint),
+            "joint_reactions": lambda: simulation.forces.joint_reactions,
+            "reaction(name)": lambda: simulation.forces.reaction(joint),
             "set_control(name)": lambda: simulation.set_control(joint, 0.1),
         }
     return given

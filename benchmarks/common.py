@@ -80,11 +80,11 @@ def use_one_core() -> bool:
     return True
 
 
-def read(path: Path) -> amontons.Problem:
+def read(path: Path) -> amontons.vi.Problem:
     """The problem of a file; that its matrix was symmetrised is noted in the problem, not on the screen."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.SymmetrisedWarning)
-        return amontons.read_problem(path)
+        warnings.simplefilter("ignore", amontons.vi.SymmetrisedWarning)
+        return amontons.vi.read_problem(path)
 
 
 def progress() -> Progress:

@@ -46,17 +46,17 @@ class Outcome:
     status: str
 
 
-def programs(problem: amontons.Problem) -> list[Program]:
+def programs(problem: amontons.vi.Problem) -> list[Program]:
     """The formulations that exist for a problem with friction cones and free rows."""
     found = [impulse_program(problem)]
-    if isinstance(problem.A, amontons.Factored) and not problem.A.compliance.any():
+    if isinstance(problem.A, amontons.vi.Factored) and not problem.A.compliance.any():
         found.append(velocity_program(problem))
     return found
 
 
-def impulse_program(problem: amontons.Problem) -> Program:
+def impulse_program(problem: amontons.vi.Problem) -> Program:
     """min 1/2 x'A x + b'x, (mu x_n, x_t) in the second-order cone; no constraint on free rows."""
-    A = problem.A.to_sparse() if isinstance(problem.A, amontons.Factored) else sp.csr_array(problem.A)
+    A = problem.A.to_sparse() if isinstance(problem.A, amontons.vi.Factored) else sp.csr_array(problem.A)
     mu, m = problem.mu, problem.rows
     scale = np.ones((len(mu), 3))
     scale[:, 0] = mu
@@ -66,10 +66,10 @@ def impulse_program(problem: amontons.Problem) -> Program:
     return Program("impulses", _upper(A), problem.b, G, h, cones, lambda s: np.array(s.x))
 
 
-def velocity_program(problem: amontons.Problem) -> Program:
+def velocity_program(problem: amontons.vi.Problem) -> Program:
     """min 1/2 v'M v - f'v, (u_n, mu u_t) in the second-order cone, u = 0 on free rows, u = D v + w."""
     operator = problem.A
-    assert isinstance(operator, amontons.Factored)
+    assert isinstance(operator, amontons.vi.Factored)
     D = operator.jacobian()
     inverse_mass = operator.inverse_mass_matrix()
     M = sp.csr_array(sp.linalg.inv(sp.csc_matrix(inverse_mass)))

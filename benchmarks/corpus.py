@@ -59,8 +59,8 @@ class Step:
     cones: list[Any]
     x0: np.ndarray[Any, Any]
 
-    def problem(self) -> amontons.Problem:
-        return amontons.Problem(self.operator.from_arrays(self.arrays), self.b, self.cones, name=self.name)
+    def problem(self) -> amontons.vi.Problem:
+        return amontons.vi.Problem(self.operator.from_arrays(self.arrays), self.b, self.cones, name=self.name)
 
 
 def held_out(sequence: str) -> bool:
@@ -219,7 +219,7 @@ def steps_of(sequence: Sequence) -> Iterator[Step]:
     before = None
     for k in range(1, max(sequence.steps) + 1):
         if k in sequence.steps and k > 1:
-            before = (simulation.contacts.copy(), simulation.impulses.copy(), simulation.problem())
+            before = (simulation.contacts.copy(), simulation.forces.impulses.copy(), simulation.problem())
         simulation.step()
         if k not in sequence.steps:
             continue
@@ -234,13 +234,13 @@ def steps_of(sequence: Sequence) -> Iterator[Step]:
         )  # fmt: skip
 
 
-def contact_rows(problem: amontons.Problem) -> np.ndarray[Any, Any]:
+def contact_rows(problem: amontons.vi.Problem) -> np.ndarray[Any, Any]:
     """The number of rows of each contact."""
     rows = getattr(problem.A, "rows", None)
     return np.zeros(0, int) if rows is None or np.ndim(rows) == 0 else np.asarray(rows)
 
 
-def matched(before: Any, contacts: Any, problem: amontons.Problem) -> np.ndarray[Any, Any]:
+def matched(before: Any, contacts: Any, problem: amontons.vi.Problem) -> np.ndarray[Any, Any]:
     """Rows of a contact from the nearest of the step before between the same geoms, joints from themselves.
 
     Tangents follow from normals, so that rows keep their meaning as long as these turn little.

@@ -75,15 +75,17 @@ def columns(limit: float, late: list[float]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def struck(scene: Scene) -> amontons.Problem:
+def struck(scene: Scene) -> amontons.vi.Problem:
     simulation = scene.simulation(tolerance=1e-3)
     for _ in range(STRUCK):
         simulation.step()
     return simulation.problem()
 
 
-def solves(problem: amontons.Problem, law: str, method: str, deadline: float, times: int) -> dict[str, Any]:
-    def solve() -> amontons.Solution:
+def solves(
+    problem: amontons.vi.Problem, law: str, method: str, deadline: float, times: int
+) -> dict[str, Any]:
+    def solve() -> amontons.vi.Solution:
         return problem.solve(law=law, method=method, tolerance=0, deadline=deadline, threads=1)
 
     solve()

@@ -34,7 +34,7 @@ HOST_BYTES = 1500
 """per contact, that problem and layout take on the host"""
 
 
-def lattice(n: int) -> amontons.Problem:
+def lattice(n: int) -> amontons.vi.Problem:
     """About n contacts: spheres on a cubic lattice over the ground, each touching its neighbours."""
     side = max(2, round((n / 3) ** (1 / 3)))
     body = np.arange(side**3).reshape(side, side, side)
@@ -45,13 +45,13 @@ def lattice(n: int) -> amontons.Problem:
     upper = np.concatenate([*a, ground]).astype(np.int32)
     lower = np.concatenate([*b, np.full(len(ground), -1)]).astype(np.int32)
     normal = np.concatenate([normal, np.tile([0.0, 0, 1], (len(ground), 1))])
-    A = amontons.Contacts(
+    A = amontons.vi.Contacts(
         np.ones(body.size), np.full((body.size, 3), 2.5), upper, lower, -0.5 * normal, 0.5 * normal, normal
     )
     rng = np.random.default_rng(1)
     right = 0.01 * rng.normal(size=3 * len(upper))
     right[::3] -= 0.05 * np.where(lower < 0, 1.0, 0.1)
-    return amontons.Problem(A, right, [amontons.Friction(np.full(len(upper), 0.5))])
+    return amontons.vi.Problem(A, right, [amontons.vi.Friction(np.full(len(upper), 0.5))])
 
 
 def copy_rate(backend: Backend, nbytes: int) -> float:
@@ -96,7 +96,7 @@ def per_iteration(iterate: Any, method: str, rows: int, seconds: float) -> float
     return (perf_counter() - begun) / count
 
 
-def on_cpu(problem: amontons.Problem, method: str) -> float:
+def on_cpu(problem: amontons.vi.Problem, method: str) -> float:
     """s of one iteration of the compiled passes, on all cores."""
     options = dict(method=method, law="coulomb", tolerance=0)
     few, many = (min(problem.solve(max_iterations=n, **options).time for _ in range(3)) for n in (2, 12))

@@ -29,7 +29,7 @@ REPEATS = 9
 QUICK_STRIDE = 7
 
 
-def accuracy(path: Path, problem: amontons.Problem, reference: dict[str, Any]) -> list[dict[str, Any]]:
+def accuracy(path: Path, problem: amontons.vi.Problem, reference: dict[str, Any]) -> list[dict[str, Any]]:
     """One row per law and tolerance; the time of these single runs is cold."""
     rows = []
     for law, tolerance in RUNS:
@@ -50,7 +50,7 @@ def accuracy(path: Path, problem: amontons.Problem, reference: dict[str, Any]) -
     return rows
 
 
-def calibrated(problem: amontons.Problem) -> tuple[conic.Program, float, conic.Outcome] | None:
+def calibrated(problem: amontons.vi.Problem) -> tuple[conic.Program, float, conic.Outcome] | None:
     """The formulation and tolerance with which Clarabel reaches LEVEL soonest; None if with none."""
     best: tuple[conic.Program, float, conic.Outcome] | None = None
     # Where there is a velocity form it is usually the faster: tried first, it shortens the other's search.
@@ -68,7 +68,7 @@ def calibrated(problem: amontons.Problem) -> tuple[conic.Program, float, conic.O
     return best
 
 
-def duel(path: Path, problem: amontons.Problem, repeats: int) -> dict[str, Any] | None:
+def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> dict[str, Any] | None:
     """Medians of alternating runs of both solvers, or None where Clarabel does not reach LEVEL."""
     found = calibrated(problem)
     if found is None:

@@ -72,7 +72,7 @@ def stop_now(signum: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def run(problem: amontons.Problem, task: Task, method: str, limit: float) -> dict[str, Any]:
+def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> dict[str, Any]:
     """Time (s) and residual of one solve, within `limit` s of processor time."""
     options = {"law": task.law, "tolerance": task.tolerance, "x0": task.step.x0 if task.warm else None}
     times: list[float] = []

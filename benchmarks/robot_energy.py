@@ -55,7 +55,7 @@ class Energy:
         self.untold = self.untold or not driven <= set(self.dofs)
         # Those on degrees of freedom count among the motors there.
         self.others = np.array([a.transmission.kind != "dof" for a in model.actuators], dtype=bool)
-        self.lengths = simulation.actuator_efforts["length"][self.others]
+        self.lengths = simulation.forces.actuator_efforts["length"][self.others]
         dynamic = np.array([b.motion == "dynamic" for b in model.bodies])
         weights = np.array([b.mass * b.gravity_scale for b in model.bodies]) * dynamic
         self.weights = np.outer(weights, model.gravity)
@@ -82,8 +82,8 @@ class Energy:
     def add(self, report: amontons.Report) -> None:
         moved = self.simulation.q[self.of_q] - self.coordinates
         self.coordinates += moved
-        efforts = self.simulation.joint_efforts[self.dofs]
-        others = self.simulation.actuator_efforts[self.others]
+        efforts = self.simulation.forces.joint_efforts[self.dofs]
+        others = self.simulation.forces.actuator_efforts[self.others]
         lengthened = others["length"] - self.lengths
         self.lengths = others["length"]
         rates = self.simulation.qd[self.of_qd]
@@ -140,7 +140,7 @@ class Surfaces:
             geom, link = self.model.geoms[k], None
             pose = amontons.Transform()
             if geom.body >= 0:
-                link = simulation.link(geom.body)
+                link = simulation.kinematics.link(geom.body)
                 pose = amontons.Transform(tuple(link["position"]), tuple(link["orientation"]))
             turn = amontons.Transform(rotation=pose.rotation)
             velocity, spin = (np.array(turn(v)) for v in (geom.surface_velocity, geom.surface_spin))

@@ -51,7 +51,7 @@ def distance(simulation: amontons.Simulation, m: Any, name: str) -> float:
     mujoco.mj_resetDataKeyframe(m, data, k)
     mujoco.mj_kinematics(m, data)
     found = 0.0
-    for place, at in zip(simulation.model.link_names, simulation.links["position"], strict=True):
+    for place, at in zip(simulation.model.link_names, simulation.kinematics.links["position"], strict=True):
         body = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, place)
         if body >= 0:
             found = max(found, float(np.linalg.norm(at - data.xpos[body])))
@@ -104,7 +104,7 @@ def with_servos(
     model: amontons.Model, coordinates: list[amontons.model.coordinates.Coordinate], rng: np.random.Generator
 ) -> amontons.Model:
     """Every hinge and slide with a position motor: of the inertia that it moves alone, critically damped."""
-    inertia = np.diag(amontons.Simulation(model).mass_matrix())
+    inertia = np.diag(amontons.Simulation(model).forces.mass_matrix())
     joints = list(model.joints)
     for c in coordinates:
         dofs = list(joints[c.joint].dofs)

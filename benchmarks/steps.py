@@ -62,7 +62,7 @@ TASKS = (
 )
 
 
-def timed(problem: amontons.Problem, task: Task, repeats: int) -> dict[str, Any]:
+def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> dict[str, Any]:
     walls, times, processor = [], [], []
     for run in range(repeats + 1):
         start, busy = perf_counter(), process_time()
@@ -128,7 +128,7 @@ def main() -> None:
     compare_methods(problems, options.quick, options.out, options.figures)
 
 
-def compare_methods(problems: dict[str, amontons.Problem], quick: bool, out: Path, figures: Path) -> None:
+def compare_methods(problems: dict[str, amontons.vi.Problem], quick: bool, out: Path, figures: Path) -> None:
     """methods.csv and a figure per law; under coulomb only what has contacts."""
     deadline = QUICK_DEADLINE if quick else METHODS_DEADLINE
     rows = []

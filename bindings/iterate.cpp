@@ -45,7 +45,7 @@ nb::object interruptible(auto&& call) {
   throw LeftEarly{true};
 }
 
-// The passes of an object of Python, amontons.Iterate.
+// The passes of an object of Python, amontons.vi.Iterate.
 class PythonIterate final : public AnyIterate {
  public:
   PythonIterate(nb::object passes, std::size_t rows) : passes_(hold(std::move(passes))), rows_(rows) {}

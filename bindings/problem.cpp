@@ -43,7 +43,7 @@ nb::list sets_of(const Problem& problem) {
   return sets;
 }
 
-// Bodies and stored rows, by the argument names of amontons.Factored; names of the rows follow `prefix`.
+// Bodies and stored rows, by the argument names of amontons.vi.Factored; names of the rows follow `prefix`.
 nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   std::vector<Index> body_a, body_b;
   std::vector<double> jacobian_a, jacobian_b, inertia;
@@ -65,7 +65,7 @@ nb::dict arrays_of(const ContactSystem& op, const std::string& prefix) {
   return d;
 }
 
-// The same with contacts, by the argument names of amontons.Contacts.
+// The same with contacts, by the argument names of amontons.vi.Contacts.
 nb::dict arrays_with_contacts(const ContactSystem& op) {
   std::vector<Index> body_a, body_b, rows;
   std::vector<double> r_a, r_b, normal, direction, length;
@@ -171,7 +171,7 @@ void bind_problem(nb::module_& m) {
       .def_prop_ro("has_moments", &has_moments, "Whether a contact has moments, over its length.")
       .def("sets", &sets_of, "The sets in row order: (name, count, parameters ...).")
       .def("operator_arrays", &operator_arrays,
-           "Arguments of amontons.Contacts or amontons.Factored, or the matrix of a step with trees.")
+           "Arguments of amontons.vi.Contacts or amontons.vi.Factored, or the matrix of a step with trees.")
       .def_prop_ro(
           "preconditioner",
           [](const Problem& p) {

@@ -20,15 +20,15 @@ times = np.arange(0, duration + 3 * dt, dt)
 
 # Where the tip shall be: once round a circle, slowly at both ends.
 phase = 2 * np.pi * (times / duration - np.sin(2 * np.pi * times / duration) / (2 * np.pi))
-start = simulation.site("tip")["position"]
+start = simulation.kinematics.site("tip")["position"]
 circle = start + 0.15 * np.stack([np.cos(phase) - 1, np.sin(phase), 0 * phase], axis=1)
 
 # Joint angles for it: Newton's method, in a simulation that never steps.
 thinking, postures = simulation.copy(), []
 for point in circle:
     for _ in range(4):
-        error = point - thinking.site("tip")["position"]
-        thinking.q = thinking.q + np.linalg.solve(thinking.site_jacobian("tip")[:3], error)
+        error = point - thinking.kinematics.site("tip")["position"]
+        thinking.q = thinking.q + np.linalg.solve(thinking.kinematics.site_jacobian("tip")[:3], error)
     postures.append(thinking.q)
 path = np.array(postures)
 speeds = np.gradient(path, dt, axis=0)
@@ -39,15 +39,15 @@ def track(simulation: Simulation) -> None:
     """tau = M (qdd + kp e + kd e') + c: the errors die out like those of a damped spring."""
     k = min(simulation.steps, len(path) - 1)
     error, rate = path[k] - simulation.q, speeds[k] - simulation.qd
-    simulation.controls = simulation.inverse_dynamics(accelerations[k] + 400 * error + 40 * rate)
+    simulation.controls = simulation.forces.inverse_dynamics(accelerations[k] + 400 * error + 40 * rate)
 
 
 errors, torques = [], []
 simulation.before_step.append(track)
 while simulation.time < duration:
     simulation.step()
-    errors.append(np.linalg.norm(simulation.site("tip")["position"] - circle[simulation.steps]))
-    torques.append(np.abs(simulation.joint_efforts["motor"]).max())
+    errors.append(np.linalg.norm(simulation.kinematics.site("tip")["position"] - circle[simulation.steps]))
+    torques.append(np.abs(simulation.forces.joint_efforts["motor"]).max())
 print(
     f"the tip stays within {1e3 * max(errors):.2f} mm of the circle, and ends {1e3 * errors[-1]:.2f} mm off"
 )

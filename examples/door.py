@@ -24,8 +24,8 @@ simulation = Simulation(builder.build(), dt=5e-3)
 
 def show(what: str, duration: float) -> None:
     report = simulation.run(duration)
-    lower, upper = simulation.joint_efforts
-    angle = math.degrees(simulation.coordinate("lower hinge"))
+    lower, upper = simulation.forces.joint_efforts
+    angle = math.degrees(simulation.kinematics.coordinate("lower hinge"))
     print(
         f"{what:20s} {angle:5.1f} deg   motor {lower['motor']:6.2f}   closer {upper['passive']:6.2f}"
         f"   stop {lower['limit']:6.2f} N m   error {report.joint_error:.0e} m"
@@ -33,7 +33,7 @@ def show(what: str, duration: float) -> None:
 
 
 show("shut", 0.5)
-reactions = simulation.joint_reactions
+reactions = simulation.forces.joint_reactions
 for name, r in zip(simulation.model.joint_names, reactions, strict=True):
     print(f"  {name}: {r['force'][0]:6.2f} N across, {r['force'][2]:5.2f} N up, {r['torque'][1]:6.2f} N m")
 # Statics says nothing about the shares of two rigid hinges, but their sum must hold the door.

@@ -48,5 +48,5 @@ move(-0.21, open_width, 0.5)
 move(0.0, open_width, 0.5)
 print(f"back on the table at {np.round(cube()[:3], 3)} m")
 assert abs(cube()[2] - 0.025) < 1e-4
-seen = simulation.ray((*cube()[:2], 0.2), (0, 0, -1))  # past the open fingers
+seen = simulation.kinematics.ray((*cube()[:2], 0.2), (0, 0, -1))  # past the open fingers
 assert model.geom_names[seen.geom] == "cube"

@@ -29,7 +29,11 @@ def watch(sim: amontons.Simulation, report: amontons.Report) -> None:
     forces = [c["force"] for c in sim.contacts if {int(c["link_a"]), int(c["link_b"])} == {hand, box}]
     pushes.append(abs(sum(forces)[0]) if forces else 0.0)
     if sim.steps % 500 == 0:
-        s, e, x = sim.coordinate("shoulder"), sim.coordinate("elbow"), sim.state.positions[box, 0]
+        s, e, x = (
+            sim.kinematics.coordinate("shoulder"),
+            sim.kinematics.coordinate("elbow"),
+            sim.state.positions[box, 0],
+        )
         print(f"{sim.time:.0f} s: shoulder at {s:5.2f}, elbow at {e:5.2f} rad, box at {x:.3f} m")
 
 
@@ -37,6 +41,6 @@ pushes: list[float] = []
 simulation.before_step.append(control)
 simulation.run(6.0, after_step=watch)
 print(f"the hand pushed with {np.median([p for p in pushes if p]):.2f} N (median)")
-for drive in simulation.actuator_efforts:
+for drive in simulation.forces.actuator_efforts:
     name, angle = model.actuator_names[drive["actuator"]], drive["length"]
     print(f"{name} holds {angle:.3f} of {drive['control']:.3f} rad with {drive['effort']:.2f} N m")

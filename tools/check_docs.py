@@ -1,7 +1,7 @@
 """Checks the documentation; prints every fault.
 
 - Every relative link of a Markdown file leads to a file, every #fragment to a heading of it.
-- Every name of amontons.__all__ has a docstring or a mention in backquotes in docs/, and every public method
+- Every public name has a docstring or a mention in backquotes in docs/, and every public method
   and property of its classes has a docstring or is named in that of the class.
 - Every make target that a document names in code exists.
 - Every command `amontons ...` exists, with the options that are given to it.
@@ -78,24 +78,28 @@ def has_docstring(thing: object) -> bool:
     return bool(doc) and not ("\n" not in doc and doc.startswith(f"{getattr(thing, '__name__', '')}("))
 
 
-def check_names(root: Path) -> Iterator[str]:
+def public_names() -> dict[str, object]:
+    """Every public name with what it names, those of the modules that hold the less common ones too."""
     import amontons
 
+    doors = (amontons, amontons.vi, amontons.parts, amontons.results)
+    named = {f"{door.__name__}.{name}": getattr(door, name) for door in doors for name in door.__all__}
+    return {name: thing for name, thing in named.items() if thing not in doors and "__" not in name}
+
+
+def check_names(root: Path) -> Iterator[str]:
     mentioned = " ".join(" ".join(CODE.findall(p.read_text())) for p in sorted((root / "docs").rglob("*.md")))
-    for name in amontons.__all__:
-        thing = getattr(amontons, name)
-        if name.startswith("__"):
-            continue
-        documented = re.search(rf"\b{re.escape(name)}\b", mentioned)
+    for name, thing in public_names().items():
+        documented = re.search(rf"\b{re.escape(name.rpartition('.')[2])}\b", mentioned)
         if not documented and not (callable(thing) and has_docstring(thing)):
-            yield f"amontons.{name}: neither a docstring nor mentioned in docs/"
+            yield f"{name}: neither a docstring nor mentioned in docs/"
         if not inspect.isclass(thing) or issubclass(thing, tuple):
             continue
         words = re.findall(r"\w+", thing.__doc__ or "")
         for attribute, value in vars(thing).items():
             public = not attribute.startswith("_") and (callable(value) or isinstance(value, property))
             if public and not has_docstring(value) and attribute not in words:
-                yield f"amontons.{name}.{attribute}: no docstring"
+                yield f"{name}.{attribute}: no docstring"
 
 
 def check_targets(root: Path) -> Iterator[str]:
@@ -163,11 +167,9 @@ def check_menu(root: Path) -> Iterator[str]:
 
 
 def check_reference(root: Path) -> Iterator[str]:
-    import amontons
-
     texts = [page.read_text() for page in (root / "docs" / "reference").glob("*.md")]
     shown = {name for text in texts for name in re.findall(r"^::: (amontons\S*)", text, re.MULTILINE)}
-    public = {f"amontons.{name}" for name in amontons.__all__ if not name.startswith("__")} | {"amontons.gym"}
+    public = {*public_names(), "amontons.gym"}
     for name in sorted(public - shown):
         yield f"{name}: not in the reference; add '::: {name}' to a page of docs/reference"
     for name in sorted(shown - public):

@@ -33,6 +33,9 @@ ALIASES = {
     "amontons.torch": "studies",
     "amontons.jax": "studies",
     "amontons.__main__": "cli",
+    "amontons.vi": "viewer",
+    "amontons.parts": "viewer",
+    "amontons.results": "viewer",
 }
 DOOR = "viewer"
 FOLDERS = ("tools", "benchmarks")

@@ -133,7 +133,7 @@ def residual() -> Figure:
     left.text(0.05, 1.62, "natural map", color=RED)
     left.set(xlim=(-1.3, 2.6), ylim=(-0.1, 2.1))
 
-    problem = amontons.read_problem("examples/problems/plates.hdf5")
+    problem = amontons.vi.read_problem("examples/problems/plates.hdf5")
     exact = problem.solve(tolerance=1e-13).u
     seen = []
     for tolerance in 10.0 ** np.arange(-1, -9, -0.5):

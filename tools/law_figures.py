@@ -9,7 +9,8 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from amontons import Dof, Joint, Material, ModelBuilder, Motor, PathElement, Simulation, Transform, shapes
+from amontons import Dof, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
+from amontons.parts import PathElement
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -63,7 +64,7 @@ def stick_slip() -> Figure:
         )
         wheel = Simulation(builder.build())
         wheel.run(0.05)
-        torques.append(-wheel.joint_efforts["friction"][0])
+        torques.append(-wheel.forces.joint_efforts["friction"][0])
     right.plot(rates, 1 + np.exp(-((rates / 0.5) ** 2)), color=GREY, lw=1)
     right.plot(rates, torques, "o", ms=3, color=BLUE)
     right.set(xlabel="rate (rad/s)", ylabel="friction (N m)", ylim=(0, 2.2))
@@ -95,7 +96,7 @@ def ropes() -> Figure:
             builder.add_tendon("rope", path=ends, limits=(None, 3 + 0.2 * math.pi * (1 + 2 * more)))
             rope = Simulation(builder.build(), dt=1e-3)
             rope.run(0.05)
-            tight, slack = rope.tensions("rope")
+            tight, slack = rope.forces.tensions("rope")
             found.append(tight / slack)
         axes.semilogy(turns, np.exp(friction * (1 + 2 * turns) * np.pi), color=colour, lw=1)
         axes.semilogy(turns, found, "o", ms=3, color=colour, label=f"mu = {friction:g}")

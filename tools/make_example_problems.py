@@ -83,10 +83,10 @@ class Scene:
     def arm(self, body: int, point: np.ndarray) -> np.ndarray:
         return point - self.position[body] if body >= 0 else np.zeros(3)
 
-    def problem(self) -> amontons.Problem:
+    def problem(self) -> amontons.vi.Problem:
         rows_a = [self._wrench(a, point, axis, +1) for a, _, point, axis, _ in self.joints]
         rows_b = [self._wrench(b, point, axis, -1) for _, b, point, axis, _ in self.joints]
-        A = amontons.Contacts(
+        A = amontons.vi.Contacts(
             1 / np.array(self.mass),
             1 / np.array(self.inertia),
             [a for a, *_ in self.contacts],
@@ -106,11 +106,11 @@ class Scene:
         c[3 * len(self.contacts) :] = [error / STEP for *_, error in self.joints]
         f = np.hstack([np.array(self.mass)[:, None] * v_free[:, :3], np.array(self.inertia) * v_free[:, 3:]])
         mu = [mu for *_, mu, _ in self.contacts]
-        cones = [amontons.Friction(mu)] if mu else []
-        return amontons.Problem(
+        cones = [amontons.vi.Friction(mu)] if mu else []
+        return amontons.vi.Problem(
             A,
             A.jacobian() @ v_free.ravel() + c,
-            [*cones, amontons.Bilateral(len(self.joints))],
+            [*cones, amontons.vi.Bilateral(len(self.joints))],
             name=self.name,
             description=self.description,
             source="amontons, tools/make_example_problems.py",

@@ -36,7 +36,7 @@ with tempfile.TemporaryDirectory() as folder:
             recorder.add(simulation.step())
     assert len(amontons.read_recording(Path(folder) / "arch.h5")) >= 20
     simulation.problem().write(Path(folder) / "step.hdf5")
-    solution = amontons.read_problem(Path(folder) / "step.hdf5").solve(tolerance=1e-6)
+    solution = amontons.vi.read_problem(Path(folder) / "step.hdf5").solve(tolerance=1e-6)
     assert solution.converged and np.isfinite(solution.x).all()
 
 # What is missing says what to do.

@@ -60,7 +60,7 @@ class Siconos:
         self.worker = Worker(python, "beside.siconos_worker")
         self.version = self.worker.ask(version=True)["version"]
 
-    def read(self, problem: amontons.Problem) -> None:
+    def read(self, problem: amontons.vi.Problem) -> None:
         A = problem.A.to_sparse() if hasattr(problem.A, "to_sparse") else problem.A
         matrix = sp.coo_array(A)
         np.savez(
@@ -89,7 +89,7 @@ class Siconos:
         return found, np.load(out)
 
 
-def files(folder: Path, quick: bool) -> Iterator[tuple[str, amontons.Problem]]:
+def files(folder: Path, quick: bool) -> Iterator[tuple[str, amontons.vi.Problem]]:
     """The FCLIB files that these solvers take."""
     for path in sorted((folder / "fclib").glob("*.hdf5"))[:: QUICK_STRIDE if quick else 1]:
         problem = read(path)
@@ -99,7 +99,7 @@ def files(folder: Path, quick: bool) -> Iterator[tuple[str, amontons.Problem]]:
             print(f"solvers: {path.name} has bilateral rows, which these solvers do not take")
 
 
-def steps(quick: bool) -> Iterator[tuple[str, amontons.Problem]]:
+def steps(quick: bool) -> Iterator[tuple[str, amontons.vi.Problem]]:
     """Steps of scenes of contacts alone, simulated to 1e-3 so far."""
     by_key = {case.key: case for case in CASES}
     for key, number in STEPS[:2] if quick else STEPS:
@@ -110,7 +110,7 @@ def steps(quick: bool) -> Iterator[tuple[str, amontons.Problem]]:
         yield f"step {number} of {key}", simulation.problem()
 
 
-def rows_of(name: str, problem: amontons.Problem, siconos: Siconos) -> Iterator[Row]:
+def rows_of(name: str, problem: amontons.vi.Problem, siconos: Siconos) -> Iterator[Row]:
     """A row per solver and tolerance."""
 
     def row(solver: str, tolerance: float, **more: Any) -> Row:
@@ -151,7 +151,7 @@ def main() -> None:
         print("solvers: skipped, Siconos is not installed (python3-siconos)")
         return
     use_one_core()
-    problems: list[tuple[str, amontons.Problem]] = []
+    problems: list[tuple[str, amontons.vi.Problem]] = []
     if options.only != "steps":
         problems += files(options.data, options.quick)
     if options.only != "files":

@@ -149,15 +149,15 @@ def run(case: Case, dt: float) -> Record:
                 record.add("Vel", body, simulation.time, state.linear_velocities[body])
                 record.add("Avel", body, simulation.time, state.angular_velocities[body])
         if "stiffening" in first.numbers:
-            angle = simulation.coordinate(name)
+            angle = simulation.kinematics.coordinate(name)
             simulation.state.joint_forces[0] = -first.numbers["stiffening"] * abs(angle) * angle
         simulation.step()
         if k % every == 0:
             joints = case.connections.items()
             reactions = [pair for other, joint in joints for pair in loads(simulation, other, joint)]
             for number, (force, torque) in enumerate(reactions):
-                record.add("Rforce", number, simulation.instant.time, force)
-                record.add("Rtorque", number, simulation.instant.time, torque)
+                record.add("Rforce", number, simulation.forces.instant.time, force)
+                record.add("Rtorque", number, simulation.forces.instant.time, torque)
     return record
 
 
@@ -168,15 +168,15 @@ def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> list
         return []
     if name in simulation.model.tendon_names:
         return [(_tension(simulation, joint), np.zeros(3))]
-    reaction, along = simulation.reaction(name), joint.rotation.apply([0, 0, 1])
+    reaction, along = simulation.forces.reaction(name), joint.rotation.apply([0, 0, 1])
     force = -np.array(reaction.force)
     torque = -np.array(reaction.torque) + np.cross(np.array(reaction.point) - joint.far, force)
     if joint.kind == "rod":
         return [(force, torque), (-force, np.array(reaction.torque))]
     if "speed" in joint.numbers:
-        return [(force, torque), (simulation.effort(name).motor * along, np.zeros(3))]
+        return [(force, torque), (simulation.forces.effort(name).motor * along, np.zeros(3))]
     if joint.kind in ("revolute", "spring"):
-        effort = simulation.effort(name).passive
+        effort = simulation.forces.effort(name).passive
         if "stiffening" in joint.numbers:
             effort += float(simulation.state.joint_forces[0])
         if joint.kind == "spring":
@@ -188,7 +188,7 @@ def loads(simulation: amontons.Simulation, name: str, joint: Connection) -> list
 
 def _tension(simulation: amontons.Simulation, joint: Connection) -> Array:
     """Force of a spring on the ground: towards the part where it pulls."""
-    pull = -float(simulation.tendon_efforts["passive"][0])
+    pull = -float(simulation.forces.tendon_efforts["passive"][0])
     way = np.array(simulation.state.positions[0]) - joint.far
     return pull * way / np.linalg.norm(way)
 

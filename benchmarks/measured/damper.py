@@ -81,7 +81,7 @@ def forces(sines: Sines, friction: float, play: float) -> Array:
     for target in sines.displacement[1:] - sines.displacement[0]:
         simulation.set_control("rod", float(target))
         simulation.step()
-        found.append(simulation.effort("rod").motor)
+        found.append(simulation.forces.effort("rod").motor)
     return np.array(found)
 
 

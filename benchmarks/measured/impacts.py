@@ -70,12 +70,12 @@ def delassus(impacts: Impacts) -> tuple[Array, Array, Array]:
 
 def moreau(A: Array, u: Array, mu: float, e: float) -> Array:
     """Ours, of Newton and Moreau: u_n+ = -e u_n-, and Coulomb's law for the velocity after; one problem of
-    all impacts, solved by `amontons.solve`."""
+    all impacts, solved by `amontons.vi.solve`."""
     blocks = np.zeros((len(A), 3, 3))
     blocks[:, :2, :2], blocks[:, 2, 2] = A, A[:, 1, 1]  # nothing happens across the plane
     b = np.zeros((len(A), 3))
     b[:, 0], b[:, 1] = (1 + e) * u[:, 0], u[:, 1]
-    solution = amontons.solve(
+    solution = amontons.vi.solve(
         sp.block_diag(blocks, format="csr"), b.ravel(), "friction", mu=mu, tolerance=1e-8
     )
     return solution.x.reshape(-1, 3)[:, :2]

@@ -41,8 +41,8 @@ rows = []
 
 
 def measure(engine: Simulation, _: object) -> None:
-    torque = engine.effort("main bearing")  # with the angle to which it belongs
-    side = engine.reaction("cylinder").force[2]
+    torque = engine.forces.effort("main bearing")  # with the angle to which it belongs
+    side = engine.forces.reaction("cylinder").force[2]
     rows.append((torque.coordinate, torque.motor, side, *expected(torque.coordinate)))
 
 

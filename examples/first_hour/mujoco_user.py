@@ -19,8 +19,9 @@ print("qpos", data.q.round(3), "ctrl", data.controls.round(3))
 while data.time < 1.0:
     data.set_control("elbow", -0.4 - 0.3 * np.sin(2 * np.pi * data.time))
     data.step()
-hand = data.link("hand")["position"]
-print(f"hand at {hand.round(3)} m, {len(data.contacts)} contacts, elbow {data.effort('elbow').motor:.2f} N m")
+hand = data.kinematics.link("hand")["position"]
+elbow = data.forces.effort("elbow").motor
+print(f"hand at {hand.round(3)} m, {len(data.contacts)} contacts, elbow {elbow:.2f} N m")
 
 # The same with a function that is called before each step, and one that is called after it.
 angles = []
@@ -28,21 +29,21 @@ data.reset("bent")
 data.run(
     1.0,
     before_step=lambda d: d.set_control("elbow", -0.4 - 0.3 * np.sin(2 * np.pi * d.time)),
-    after_step=lambda d, report: angles.append(d.coordinate("elbow")),
+    after_step=lambda d, report: angles.append(d.kinematics.coordinate("elbow")),
 )
-assert np.allclose(data.link("hand")["position"], hand)
+assert np.allclose(data.kinematics.link("hand")["position"], hand)
 
 
 def carry(d: amontons.Simulation) -> None:
     """qfrc_applied = qfrc_bias of the arm, which unloads its servos; what floats keeps its weight."""
-    d.state.joint_forces[:2] = d.bias_forces()[:2]
+    d.state.joint_forces[:2] = d.forces.bias_forces()[:2]
 
 
 data.reset("bent")
 data.run(2.0)
-loaded = data.effort("shoulder").motor
+loaded = data.forces.effort("shoulder").motor
 data.run(2.0, before_step=carry)
-unloaded = data.effort("shoulder").motor
+unloaded = data.forces.effort("shoulder").motor
 print(f"shoulder servo: {loaded:.3f} N m, {unloaded:.3f} N m with its weight carried")
 assert abs(unloaded) < 0.05 * abs(loaded)
 

@@ -8,12 +8,12 @@ import numpy as np
 from amontons.report.comparison import compare
 
 
-def gauss_seidel(problem: amontons.Problem, x0: Any, options: amontons.SolveOptions) -> Any:
+def gauss_seidel(problem: amontons.vi.Problem, x0: Any, options: amontons.vi.SolveOptions) -> Any:
     """Block by block x := Pi_K(x - g / q) from the newest u, q the largest eigenvalue of the block of A."""
     A = problem.A.to_sparse().toarray()
     blocks, row = [], 0
     for cone in problem.cones:
-        size = cone.rows // cone.n if isinstance(cone, amontons.Friction) else 1
+        size = cone.rows // cone.n if isinstance(cone, amontons.vi.Friction) else 1
         blocks += [slice(k, k + size) for k in range(row, row + cone.rows, size)]
         row += cone.rows
     q = [np.linalg.norm(A[rows, rows], 2) for rows in blocks]
@@ -32,16 +32,16 @@ def gauss_seidel(problem: amontons.Problem, x0: Any, options: amontons.SolveOpti
 
 # 1. A problem from a file, which carries its law.
 path = Path(__file__).parents[1] / "problems" / "block_on_incline.hdf5"
-problem = amontons.read_problem(path)
+problem = amontons.vi.read_problem(path)
 print(problem, "\n  law:  ", problem.law)
 
 # 2. My solver, judged by the residual that judges all methods.
-x = gauss_seidel(problem, np.zeros(problem.rows), amontons.SolveOptions(tolerance=1e-8))
-print(f"mine: residual {problem.residual(x):.1e}, {amontons.violations(problem, x)}")
+x = gauss_seidel(problem, np.zeros(problem.rows), amontons.vi.SolveOptions(tolerance=1e-8))
+print(f"mine: residual {problem.residual(x):.1e}, {amontons.vi.violations(problem, x)}")
 assert problem.residual(x) <= 1e-8
 
 # 3. The methods that are there.
-for run in compare("incline", problem, amontons.methods(), tolerance=1e-8, deadline=1.0):
+for run in compare("incline", problem, amontons.vi.methods(), tolerance=1e-8, deadline=1.0):
     if run.solution is not None:
         print(f"{run.method:17} {run.solution.status:10} {run.solution.residual:.1e}")
 

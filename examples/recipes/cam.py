@@ -29,7 +29,10 @@ def lifted(speed: float) -> tuple[Simulation, float, float]:
     for _ in range(round(4 * math.pi / speed / simulation.dt)):
         simulation.step()
         # A flat follower on an eccentric circle: its height is e sin(angle).
-        gaps.append(simulation.coordinate("lift") - offset * math.sin(simulation.coordinate("shaft")))
+        gaps.append(
+            simulation.kinematics.coordinate("lift")
+            - offset * math.sin(simulation.kinematics.coordinate("shaft"))
+        )
     return simulation, float(np.min(gaps)), float(np.max(gaps))
 
 

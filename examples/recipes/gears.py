@@ -47,7 +47,7 @@ simulation.run(0.1)
 start, rates = simulation.q, []
 for _ in range(800):
     simulation.step()
-    rates.append(simulation.rate("wheel"))
+    rates.append(simulation.kinematics.rate("wheel"))
 turned = simulation.q - start
 ratio = turned[1] / turned[0]
 print(f"the ratio is {ratio:.5f}; the wheel turns with {np.mean(rates):.3f} rad/s, from {min(rates):.3f} to "

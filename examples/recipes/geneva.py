@@ -46,7 +46,7 @@ builder.add_revolute_joint(star, point=(centre, 0, 0), axis=(0, 0, 1), name="whe
 simulation = Simulation(builder.build(), dt=1e-3)
 simulation.run(2 * math.pi / speed)
 
-turned = -math.degrees(simulation.coordinate("wheel"))
+turned = -math.degrees(simulation.kinematics.coordinate("wheel"))
 clearance = math.degrees(2 * (slot - pin + parts.deviation) / (centre - reach))
 print(f"a turn of the driver turns the wheel by {turned:.2f} degrees")
 assert abs(turned - 90) < clearance

@@ -35,6 +35,6 @@ simulation.run(0.4)
 
 # Newton's law of both: (m + I / r^2) a = T / r - m g.
 expected = (torque / radius - mass * 9.81) / (mass + inertia / radius**2)
-speed = simulation.rate("slide")
+speed = simulation.kinematics.rate("slide")
 print(f"the load rises with {speed:.4f} m/s after 0.4 s; the closed form says {0.4 * expected:.4f} m/s")
 assert abs(speed - 0.4 * expected) < 1e-6

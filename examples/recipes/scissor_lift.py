@@ -43,7 +43,7 @@ builder.add_point_on_line_joint(bars[stages - 1, 1], top, point=(width, 0, stage
 simulation = Simulation(builder.build(), dt=2e-3)
 simulation.run(0.8)
 
-moved = width + simulation.coordinate("ram")
+moved = width + simulation.kinematics.coordinate("ram")
 height = simulation.state.positions[top, 2] - 0.02
 assert abs(height - stages * math.sqrt(length**2 - moved**2)) < 1e-5
 # V = g h (load + bars / 2), h = stages sqrt(l^2 - x^2): the ram holds dV/dx, and what accelerates all of it.
@@ -51,6 +51,6 @@ still = Simulation(simulation.model, dt=2e-3)
 still.set_control("ram", 0.0)
 still.run(0.2)
 weight = 9.81 * (load + 2 * stages * mass / 2)
-force = still.effort("ram").motor
+force = still.forces.effort("ram").motor
 print(f"raised to {height:.3f} m; at the start the ram holds {-force:.1f} N")
 assert abs(force + weight * stages * width / rise) < 1e-2

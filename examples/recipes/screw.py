@@ -17,8 +17,8 @@ builder.add_coupling("lift", "turn", coefficients=(0.0, lead / (2 * math.pi)))
 simulation = Simulation(builder.build(), dt=2e-3)
 simulation.run(1.0)
 
-height = simulation.coordinate("lift")
-torque = simulation.effort("turn").motor
+height = simulation.kinematics.coordinate("lift")
+torque = simulation.forces.effort("turn").motor
 print(f"two turns lift by {1e3 * height:.3f} mm; holding {mass:g} kg takes {torque:.4f} N m")
 assert abs(height - 2 * lead) < 1e-6
 assert abs(torque - mass * 9.81 * lead / (2 * math.pi)) < 1e-4  # the work of a turn is m g lead

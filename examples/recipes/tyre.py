@@ -34,7 +34,7 @@ for name, dx, dy in (("fl", 0.8, 0.6), ("fr", 0.8, -0.6), ("rl", -0.8, 0.6), ("r
 simulation = Simulation(builder.build(), dt=2e-3)
 simulation.run(1.5)
 
-sunk = simulation.coordinate("strut fl")
+sunk = simulation.kinematics.coordinate("strut fl")
 print(f"at rest each strut yields {1e3 * sunk:.2f} mm")
 assert abs(sunk - 300 * 9.81 / 4 / spring) < 1e-3
 for name in ("fl", "fr", "rl", "rr"):

@@ -122,7 +122,7 @@ class Problem:
 
     def operator_arrays(self) -> dict:
         """
-        Arguments of amontons.Contacts or amontons.Factored, or the matrix of a step with trees.
+        Arguments of amontons.vi.Contacts or amontons.vi.Factored, or the matrix of a step with trees.
         """
 
     @property

@@ -106,12 +106,12 @@ def impact(sim: amontons.Simulation, duration: float) -> Impact:
     growth = momentum_error = 0.0
     reports = []
     for _ in range(round(duration / sim.dt)):
-        before = np.array(sim.momentum()[0])
+        before = np.array(sim.forces.momentum()[0])
         report = sim.step()
         contacts = sim.contacts
         outside = contacts["impulse"][contacts["body_b"] == -1].sum(axis=0)
-        chain = np.asarray(sim.joint_reactions["force"][anchor]) * sim.dt
-        error = np.array(sim.momentum()[0]) - before - outside - chain - gravity * sim.dt
+        chain = np.asarray(sim.forces.joint_reactions["force"][anchor]) * sim.dt
+        error = np.array(sim.forces.momentum()[0]) - before - outside - chain - gravity * sim.dt
         momentum_error = max(momentum_error, float(np.linalg.norm(error)) / scale)
         now = report.energy
         if last is not None:

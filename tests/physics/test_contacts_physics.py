@@ -105,7 +105,7 @@ def test_forces_balance_in_a_tumbling_heap():
         sim.step()
         rate = (sim.state.linear_velocities - before) / sim.dt - np.array([0, 0, -G])
         np.testing.assert_allclose(
-            sim.contact_forces()[0], mass * rate, atol=1e-10 * (G + np.abs(rate).max())
+            sim.forces.contact_forces()[0], mass * rate, atol=1e-10 * (G + np.abs(rate).max())
         )
         c = sim.contacts
         normal = np.einsum("ij,ij->i", c["force"], c["normal"])
@@ -410,12 +410,12 @@ def test_bullets_do_not_tunnel(plate, speed):
                 material=material,
             )
             sim = amontons.Simulation(b.build())
-            momentum = sim.momentum()[0]
+            momentum = sim.forces.momentum()[0]
             sim.run(0.1)
             wall = sim.state.positions[0, 0] if plate == "dynamic" else 0.4
             assert sim.state.positions[bullet, 0] < wall
             if plate == "dynamic":
-                np.testing.assert_allclose(sim.momentum()[0], momentum, atol=1e-12 * speed)
+                np.testing.assert_allclose(sim.forces.momentum()[0], momentum, atol=1e-12 * speed)
 
 
 def test_lift_and_paddle():
@@ -434,7 +434,7 @@ def test_lift_and_paddle():
 
     sim.before_step.append(accelerate)
     sim.run(1.0)
-    assert sim.contact_forces()[0][rider, 2] == pytest.approx(2 * (G + 2), rel=1e-4)
+    assert sim.forces.contact_forces()[0][rider, 2] == pytest.approx(2 * (G + 2), rel=1e-4)
     assert sim.state.linear_velocities[pushed, 0] == pytest.approx(0.5, abs=1e-5)
 
 

@@ -7,7 +7,8 @@ import amontons
 import amontons.scenes
 import numpy as np
 import pytest
-from amontons import Fluid, FluidBox, Transform, shapes
+from amontons import Transform, shapes
+from amontons.parts import Fluid, FluidBox
 from measures import rotation, run, simulate
 from scipy.special import ellipk
 

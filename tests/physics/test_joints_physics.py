@@ -74,23 +74,23 @@ def test_every_joint_carries_a_load_at_its_limits(kind):
         assert report.converged
         assert report.joint_error < 1e-3
         along = np.zeros(3)
-        efforts = sim.joint_efforts
+        efforts = sim.forces.joint_efforts
         if kind == "planar":  # the slides complete the normal to a right-handed frame: which way is free
             continue
         for k, direction in enumerate(directions.get(kind, [])):
             along += efforts["limit"][k] * np.array(direction)
         acceleration = (sim.state.linear_velocities[0] - before) / sim.dt
         weight = np.array([0, 0, -2 * G])
-        reaction = sim.joint_reactions["force"][0]
+        reaction = sim.forces.joint_reactions["force"][0]
         np.testing.assert_allclose(
             reaction + along + force + weight, 2 * acceleration, atol=1e-9 * 2 * G / sim.dt
         )
-    for dof, effort in zip(sim.model.joints[0].dofs, sim.joint_efforts, strict=True):
+    for dof, effort in zip(sim.model.joints[0].dofs, sim.forces.joint_efforts, strict=True):
         # Errors below 1e-4 lengths, or rad, are left as they are.
         assert dof.lower - 1e-4 < effort["coordinate"] < dof.upper + 1e-4
     if kind == "planar":  # both slides rest at limits that carry the load
         np.testing.assert_allclose(
-            sorted(abs(sim.joint_efforts["limit"][:2])), sorted([0.5, 2 * G + 3]), rtol=1e-4
+            sorted(abs(sim.forces.joint_efforts["limit"][:2])), sorted([0.5, 2 * G + 3]), rtol=1e-4
         )
 
 
@@ -112,9 +112,9 @@ def test_reactions_balance_in_motion():
     for _ in range(200):
         before = np.array(sim.state.linear_velocities)
         sim.step()
-        total = np.array(sim.contact_forces()[0])
+        total = np.array(sim.forces.contact_forces()[0])
         hits += np.abs(total[ball]).max() > 0
-        for r in sim.joint_reactions:
+        for r in sim.forces.joint_reactions:
             total[r["body_a"]] += r["force"]
             if r["body_b"] >= 0:
                 total[r["body_b"]] -= r["force"]
@@ -186,7 +186,7 @@ def test_speed_motor_holds_and_slips():
     sim.state.forces[0] = (-5.9, 0, 0)
     sim.run(1.0)
     assert speed(sim) == pytest.approx(1.5, rel=1e-6)
-    assert sim.joint_efforts["motor"][0] == pytest.approx(5.9, rel=1e-5)
+    assert sim.forces.joint_efforts["motor"][0] == pytest.approx(5.9, rel=1e-5)
     sim.state.forces[0] = (-7, 0, 0)
     sim.run(1.0)
     assert speed(sim) == pytest.approx(1.5 - 1 / 2, rel=1e-5)
@@ -249,7 +249,7 @@ def test_gear_winch_and_carrier():
     assert sim.state.angular_velocities[1, 2] == pytest.approx(1 / (0.3 + 4 * 0.1), rel=1e-5)
     sim.state.torques[1] = 0
     sim.run(5.0)
-    assert sim.coordinate(0) == pytest.approx(-2 * sim.coordinate(1), rel=1e-6)
+    assert sim.kinematics.coordinate(0) == pytest.approx(-2 * sim.kinematics.coordinate(1), rel=1e-6)
 
     b = amontons.ModelBuilder()
     weight = b.add_body(mass=2, inertia=(0.1,) * 3)
@@ -269,11 +269,11 @@ def test_gear_winch_and_carrier():
     b.add_coupling(0, 1, coefficients=(0, -1))
     sim = amontons.Simulation(b.build())
     sim.state.angular_velocities[1] = (0, 0, 5)
-    before = np.array(sim.momentum()[1])
+    before = np.array(sim.forces.momentum()[1])
     sim.run(3.0)
     # The helper that carries the third body has 1e-4 of the lightest part's inertia.
-    np.testing.assert_allclose(sim.momentum()[1], before, atol=1e-3 * before[2])
-    assert sim.coordinate(0) == pytest.approx(-sim.coordinate(1), abs=1e-3)
+    np.testing.assert_allclose(sim.forces.momentum()[1], before, atol=1e-3 * before[2])
+    assert sim.kinematics.coordinate(0) == pytest.approx(-sim.kinematics.coordinate(1), abs=1e-3)
 
 
 @pytest.mark.parametrize("recovery", ["projection", "velocity"])

@@ -96,7 +96,7 @@ def test_door_with_two_hinges():
     # Joints do no work, so the door keeps its speed: a projection of velocities loses a share of it in every
     # step, 20 % of it here. The first step knows of no chord and may be off by (h w)^2.
     assert sim.state.angular_velocities[0, 2] == pytest.approx(2.0, rel=2 * (sim.dt * 2.0) ** 2)
-    carried = sim.joint_reactions["force"].sum(axis=0)[2]
+    carried = sim.forces.joint_reactions["force"].sum(axis=0)[2]
     assert carried == pytest.approx(sim.model.total_mass * 9.81, rel=1e-4)
 
 
@@ -177,18 +177,22 @@ def test_efforts_belong_to_the_start_of_the_step():
     # The torque of a step is that of the pose at its start: the mean of two steps to 1e-4 of the largest at
     # 1 ms, which is of second order. Single steps alternate about it (joints are a midpoint rule). With the
     # coordinate of now the torque is off by w h times its slope, 1.1 %. Breaks when an effort, the coordinate
-    # that comes with it or Simulation.instant are those of another instant.
+    # that comes with it or Simulation.forces.instant are those of another instant.
     w, h = 2 * math.pi, 1e-3
     sim = simulate("slider_crank", {"speed": w}, dt=h)
     run(sim, 0.1)  # past the start, whose velocities are those of no step
     rows = []
 
     def check(s, report):
-        effort = s.effort("crank pivot")
-        assert effort.time == s.instant.time == pytest.approx(report.time - h, abs=1e-12)
-        assert effort.coordinate == pytest.approx(s.instant.q[0], abs=1e-12)
+        effort = s.forces.effort("crank pivot")
+        assert effort.time == s.forces.instant.time == pytest.approx(report.time - h, abs=1e-12)
+        assert effort.coordinate == pytest.approx(s.forces.instant.q[0], abs=1e-12)
         rows.append(
-            (effort.motor, crank_torque(effort.coordinate, w), crank_torque(s.coordinate("crank pivot"), w))
+            (
+                effort.motor,
+                crank_torque(effort.coordinate, w),
+                crank_torque(s.kinematics.coordinate("crank pivot"), w),
+            )
         )
 
     run(sim, 1.0, check)
@@ -207,10 +211,10 @@ def test_reactions_belong_to_the_start_of_the_step():
     run(sim, 0.3)
     place = sim.state.positions[sim.model.body_index("slider"), 0]
     sim.step()
-    reaction = sim.reaction("slide")
+    reaction = sim.forces.reaction("slide")
     assert reaction.point[0] == pytest.approx(place, abs=1e-9)
     assert reaction.time == pytest.approx(sim.time - h, abs=1e-12)
-    rows = sim.joint_reactions
+    rows = sim.forces.joint_reactions
     assert reaction.force == tuple(rows["force"][sim.model.joint_index("slide")])
     with pytest.raises(amontons.InputError, match="there was no step yet"):
-        amontons.Simulation(sim.model).reaction("slide")
+        amontons.Simulation(sim.model).forces.reaction("slide")

@@ -50,7 +50,7 @@ def test_friction_circle_of_a_turning_journal():
     sim.q = [-1e-3 * share, -1e-3 * math.sqrt(1 - share**2), 0]
     sim.qd = [0, 0, 5]
     sim.run(0.5)
-    assert sim.joint_efforts["motor"][2] == pytest.approx(2.0 * G * 0.1 * share, rel=1e-6)
+    assert sim.forces.joint_efforts["motor"][2] == pytest.approx(2.0 * G * 0.1 * share, rel=1e-6)
     x, y, _ = sim.q
     assert math.hypot(x, y) == pytest.approx(1e-3, rel=1e-3)
     assert abs(x) / math.hypot(x, y) == pytest.approx(share, rel=1e-3)
@@ -126,7 +126,7 @@ def test_hysteresis_of_a_friction_damper():
         sim.set_control("rod", amplitude * math.sin(2 * math.pi * (k + 1) * dt))
         sim.step()
         if k >= 1000:
-            work += sim.effort("rod").motor * (sim.q[0] - before)
+            work += sim.forces.effort("rod").motor * (sim.q[0] - before)
     assert work == pytest.approx(2 * friction * (2 * amplitude - backlash), rel=1e-2)
 
 
@@ -150,7 +150,7 @@ def test_hysteresis_of_the_measured_damper():
         for target in place[1:count] - place[0]:
             sim.set_control("rod", float(target))
             sim.step()
-            found.append(sim.effort("rod").motor)
+            found.append(sim.forces.effort("rod").motor)
         return np.sqrt(np.mean((np.array(found) - force[1:count]) ** 2))
 
     assert min(error(b) for b in (4e-3, 8e-3, 12e-3)) < 0.9 * error(1e-9)

@@ -318,14 +318,14 @@ def test_forces_and_moments_account_for_all_momentum(law):
     torques_seen, energies = 0.0, []
     for _ in range(200):
         x, v = np.array(sim.state.positions), np.array(sim.state.linear_velocities)
-        angular = np.array(sim.momentum()[1])
+        angular = np.array(sim.forces.momentum()[1])
         report = sim.step()
-        forces, torques = sim.contact_forces()
+        forces, torques = sim.forces.contact_forces()
         change = masses[:, None] * (sim.state.linear_velocities - v)
         bound = 1e-12 * (np.abs(forces).max() + gravity.max()) * 20
         assert np.abs(change - sim.dt * (forces + gravity)).max() < max(bound, 1e-12)
         expected = sim.dt * (np.cross(x, forces + gravity) + torques).sum(axis=0)
-        assert np.array(sim.momentum()[1]) - angular == pytest.approx(expected, abs=1e-10)
+        assert np.array(sim.forces.momentum()[1]) - angular == pytest.approx(expected, abs=1e-10)
         assert report.residual < 1e-4
         energies.append(report.energy)
         torques_seen = max(torques_seen, np.abs(sim.contacts["torque"]).max(initial=0))
@@ -350,7 +350,7 @@ def test_zero_moments_are_plain_friction(law):
         sim = Simulation(b.build(), law=law, on_failure="ignore")
         run(sim, 0.5)
         return np.concatenate(
-            [sim.state.positions.ravel(), sim.state.angular_velocities.ravel(), sim.impulses]
+            [sim.state.positions.ravel(), sim.state.angular_velocities.ravel(), sim.forces.impulses]
         )
 
     np.testing.assert_array_equal(states(), states(torsional_friction=0.0, rolling_friction=0.0))

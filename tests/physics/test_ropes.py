@@ -4,17 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from amontons import (
-    InputError,
-    ModelBuilder,
-    Motor,
-    PathElement,
-    Problem,
-    Simulation,
-    Transform,
-    methods,
-    read_problem,
-)
+from amontons import InputError, ModelBuilder, Motor, Simulation, Transform
+from amontons.parts import PathElement
+from amontons.vi import Problem, methods, read_problem
 
 G = 10.0
 ALONG_Y = (math.sqrt(0.5), math.sqrt(0.5), 0, 0)  # turns the axis of a cylinder into y
@@ -59,11 +51,11 @@ def test_a_rope_slips_at_the_ratio_of_euler():
     sim = capstan((2.0, 1.0), 0.1)
     sim.run(0.2)
     ratio = math.exp(0.1 * math.pi)
-    heavy, light = sim.tensions("rope")
+    heavy, light = sim.forces.tensions("rope")
     assert heavy / light == pytest.approx(ratio, rel=1e-9)
     expected = G * (2 - ratio) / (2 + ratio)
     assert sim.qd == pytest.approx([-expected * 0.2, expected * 0.2], rel=1e-6)
-    assert sim.tendon_efforts["length"][0] == pytest.approx(3 + math.pi * DRUM, abs=1e-9)
+    assert sim.forces.tendon_efforts["length"][0] == pytest.approx(3 + math.pi * DRUM, abs=1e-9)
 
 
 # Breaks if a rope creeps on a rough drum.
@@ -71,7 +63,7 @@ def test_a_rope_sticks_on_a_rough_drum():
     sim = capstan((2.0, 1.0), 0.5)
     sim.run(0.5)
     assert np.abs(sim.qd).max() < 1e-11
-    assert sim.tensions("rope") == pytest.approx([2 * G, G], rel=1e-9)
+    assert sim.forces.tensions("rope") == pytest.approx([2 * G, G], rel=1e-9)
 
 
 # Two turns hold exp(mu (pi + 4 pi)) times the weight, and no more.
@@ -87,7 +79,7 @@ def test_turns_on_a_capstan(excess, holds):
 def test_a_slack_rope_stays_slack():
     sim = capstan((2.0, 1.0), 0.3, length=3.3 + math.pi * DRUM)
     sim.run(0.05)
-    assert sim.tensions("rope") == pytest.approx([0, 0], abs=1e-12)
+    assert sim.forces.tensions("rope") == pytest.approx([0, 0], abs=1e-12)
     assert sim.qd == pytest.approx([-0.5, -0.5], rel=1e-9)
 
 
@@ -113,7 +105,7 @@ def test_block_and_tackle():
     sim.run(0.1)
     a = G * (pull * s - load) / (load + 2 * pull * s)
     assert sim.qd == pytest.approx([a * 0.1, -2 * a * 0.1], rel=1e-4)
-    first, second, third = sim.tensions("rope")
+    first, second, third = sim.forces.tensions("rope")
     assert second / first == pytest.approx(e, rel=1e-9)
     assert third / second == pytest.approx(e, rel=1e-4)
 
@@ -125,7 +117,7 @@ def test_tackle_at_uniform_speed():
     sim = tackle(load, load / (1 / e + 1 / e**2), friction, speed=0.3)
     sim.run(0.1)
     assert sim.qd == pytest.approx([0.3, -0.6], rel=1e-7)
-    first, second, third = sim.tensions("rope")
+    first, second, third = sim.forces.tensions("rope")
     assert [second / first, third / second] == pytest.approx([e, e], rel=1e-7)
 
 
@@ -152,12 +144,12 @@ def belt(load, friction=0.4, speed=20.0):
 @pytest.mark.parametrize("load", [10.0, 40.0])
 def test_power_of_a_belt_drive(load):
     sim, ratio = belt(load)
-    tight, slack = sorted(sim.tensions("belt"), reverse=True)
+    tight, slack = sorted(sim.forces.tensions("belt"), reverse=True)
     driver, driven = sim.qd
-    given = sim.effort("in").motor * driver
+    given = sim.forces.effort("in").motor * driver
     slipped = (tight - slack) * (0.1 * driver - 0.2 * driven)
     assert (tight + slack) / 2 == pytest.approx(200, rel=1e-5)
-    taken = -sim.joint_efforts["friction"][1] * driven
+    taken = -sim.forces.joint_efforts["friction"][1] * driven
     most = 2 * 200 * math.tanh(math.log(ratio) / 2) * 0.2  # N m on the driven pulley
     if load < most:
         assert driven == pytest.approx(0.5 * driver, rel=1e-9)
@@ -191,7 +183,7 @@ def test_winch_lifts():
     load, tail, _ = sim.qd
     assert [abs(load), abs(tail)] == pytest.approx([2 * DRUM] * 2, rel=1e-7)
     assert load == pytest.approx(-tail, rel=1e-7)
-    assert sim.effort("drum").motor * 2.0 == pytest.approx((5 - 0.1) * G * load, rel=1e-4)
+    assert sim.forces.effort("drum").motor * 2.0 == pytest.approx((5 - 0.1) * G * load, rel=1e-4)
 
 
 # The friction of its bearing holds the load without a motor, as a worm gear does.
@@ -199,7 +191,7 @@ def test_winch_holds_without_power():
     sim = winch(friction=10.0)
     sim.run(0.5)
     assert np.abs(sim.qd).max() < 1e-9
-    assert sim.tensions("rope") == pytest.approx([5 * G, 0.1 * G], rel=1e-6)
+    assert sim.forces.tensions("rope") == pytest.approx([5 * G, 0.1 * G], rel=1e-6)
 
 
 # Breaks if a method, the residual or a file does not know the set.
@@ -223,7 +215,7 @@ def test_all_methods_and_files_know_the_set(tmp_path):
 
 # Two rays of tension that nothing may lengthen, under velocities that demand it: proven infeasible.
 def test_infeasible_ropes_are_proven():
-    from amontons import PlanarFriction
+    from amontons.vi import PlanarFriction
 
     problem = Problem(np.zeros((2, 2)), np.array([-1.0, 0.0]), [PlanarFriction(0.3)], law="associated")
     assert problem.solve().status == "infeasible"
@@ -274,7 +266,7 @@ def test_actuators_and_tensions_ask_for_the_right_tendon():
     builder.add_tendon("rope", path=[hook("w0"), drum(0.1), hook("w1")], limits=(None, 4.0))
     builder.add_tendon("string", path=[hook("w0"), hook("w1")])
     with pytest.raises(InputError, match="it has one tension: read tendon_efforts"):
-        Simulation(builder.build()).tensions("string")
+        Simulation(builder.build()).forces.tensions("string")
     builder.add_actuator("pull", tendon="rope")
     with pytest.raises(InputError, match="drive a pulley or a body at its end"):
         Simulation(builder.build())

@@ -42,7 +42,11 @@ def test_reactions_are_smooth_after_an_impact():
     b.add_geom(None, shapes.Box((0.1, 1, 1)), position=(0, 0, -2.2))
     sim = Simulation(b.build(), dt=5e-3)
     forces, touched = [], []
-    run(sim, 1.0, lambda s, r: (forces.append(s.joint_reactions["force"][0]), touched.append(r.contacts))[:0])
+    run(
+        sim,
+        1.0,
+        lambda s, r: (forces.append(s.forces.joint_reactions["force"][0]), touched.append(r.contacts))[:0],
+    )
     swing = np.linalg.norm(np.diff(forces, n=2, axis=0), axis=1) / 4
     assert max(touched) > 0
     assert swing.max() > 10  # the impact
@@ -119,7 +123,7 @@ def test_violated_limits_are_taken_back_within_a_tenth_of_a_second():
     b.add_revolute_joint(leg, None, point=(0, 0, 0), axis=(0, 1, 0), limits=(0.5, 1.0))
     sim = Simulation(b.build(), dt=5e-3)
     run(sim, 0.1)
-    assert sim.coordinate(0) > 0.5 - 1e-3
+    assert sim.kinematics.coordinate(0) > 0.5 - 1e-3
 
 
 def test_recovery_by_velocities_is_bounded():

@@ -75,7 +75,7 @@ def test_stribeck_curve_of_a_joint():
         simulation = Simulation(builder.build(), dt=1e-3, tolerance=1e-13)
         simulation.run(0.01)
         expected = -(1 + np.exp(-((rate / 0.5) ** 2)))
-        assert simulation.joint_efforts["friction"][0] == pytest.approx(expected, rel=1e-9)
+        assert simulation.forces.joint_efforts["friction"][0] == pytest.approx(expected, rel=1e-9)
 
 
 # The same limit of a joint at rest. Breaks if a dof that never slipped begins with the kinetic value.

@@ -28,12 +28,11 @@ def test_plates_stand(ratio, heavy_first):
 
 
 def test_forces_of_a_resting_scene_balance_its_weight():
-    # sim.contact_forces() sums per body: in rest each body's sum is its weight, and the world's side is all
-    # of it.
+    # contact_forces() sums per body: in rest each sum is its weight, and the world's side is all of it.
     sim = simulate("stack", {"boxes": 5})
     run(sim, 1.0)
     each = weights(sim)
-    np.testing.assert_allclose(sim.contact_forces()[0][:, 2], each, rtol=1e-5)
+    np.testing.assert_allclose(sim.forces.contact_forces()[0][:, 2], each, rtol=1e-5)
     np.testing.assert_allclose(force_on(sim, 0, {-1})[2], each.sum(), rtol=1e-5)
 
 

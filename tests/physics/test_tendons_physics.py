@@ -7,7 +7,8 @@ from pathlib import Path
 import amontons
 import numpy as np
 import pytest
-from amontons import ModelBuilder, PathElement, Simulation, TendonTerm, Transform, shapes
+from amontons import ModelBuilder, Simulation, Transform, shapes
+from amontons.parts import PathElement, TendonTerm
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = Path(os.environ.get("AMONTONS_DATA", ROOT.parent / "shared" / "data")) / "robots"
@@ -38,13 +39,13 @@ def test_string_over_a_drum():
     length = 2 * 1.0 + math.pi * 0.2
     builder.add_tendon("string", path=[hook("w0"), drum, hook("w1")], limits=(None, length))
     sim = Simulation(builder.build(), dt=1e-3, tolerance=1e-9)
-    (row,) = sim.tendon_efforts
+    (row,) = sim.forces.tendon_efforts
     assert row["length"] == pytest.approx(length, abs=1e-12)
     sim.run(0.2)
     expected = (a - b) * G / (a + b)
     # At 1 ms velocities are those of the force, positions differ from parabolas by half a step.
     assert sim.qd == pytest.approx([-expected * 0.2, expected * 0.2], rel=1e-6)
-    (row,) = sim.tendon_efforts
+    (row,) = sim.forces.tendon_efforts
     assert row["limit"] == pytest.approx(-2 * a * b * G / (a + b), rel=1e-6)
     assert row["length"] == pytest.approx(length, abs=1e-9)
 
@@ -60,7 +61,7 @@ def test_block_and_tackle():
     builder.add_tendon("loop", path=path, limits=(None, 1.5 + 2 * 1.5))
     sim = Simulation(builder.build(), dt=2e-3, tolerance=1e-9)
     sim.run(0.3)
-    t = -sim.tendon_efforts["limit"][0]
+    t = -sim.forces.tendon_efforts["limit"][0]
     # w0: 2 a0 = t - 2 g, w1: a1 = 2 t - g with a0 = -2 a1: t = 10 g / 9 ... of which the rates follow.
     a1 = (2 * t - 1.0 * G) / 1.0
     assert sim.qd == pytest.approx([0.3 * (t - 2 * G) / 2, 0.3 * a1], rel=1e-5)
@@ -77,7 +78,7 @@ def test_friction(friction):
     sim = Simulation(builder.build(), dt=2e-3, tolerance=1e-10)
     sim.run(0.2)
     assert sim.qd[0] == pytest.approx(min(0.0, (friction - G) * 0.2), abs=1e-8)
-    assert sim.tendon_efforts["friction"][0] == pytest.approx(-min(friction, G), rel=1e-6)
+    assert sim.forces.tendon_efforts["friction"][0] == pytest.approx(-min(friction, G), rel=1e-6)
 
 
 # Breaks when a spring acts between its rest lengths, or its energy is not that of its stretch.
@@ -113,20 +114,21 @@ def test_momentum():
     builder.add_actuator("pull", tendon="t", law="position", kp=10, kd=1, control=1.0)
     builder.add_actuator(
         "push",
-        transmission=amontons.Transmission(
+        transmission=amontons.parts.Transmission(
             "wrench", body="b0", reference_body="b3", force=(1, 2, 0), torque=(0.1, 0, 0.2)
         ),
         control=0.5,
     )
     builder.add_actuator(
-        "crank", transmission=amontons.Transmission("slider_crank", body="b1", reference_body="b3", rod=1.2),
+        "crank",
+        transmission=amontons.parts.Transmission("slider_crank", body="b1", reference_body="b3", rod=1.2),
         control=0.3,
     )  # fmt: skip
     sim = Simulation(builder.build(), dt=2e-3, tolerance=1e-10)
-    before = np.concatenate(sim.momentum())
+    before = np.concatenate(sim.forces.momentum())
     report = sim.run(0.3)
     assert report.kinetic_energy > 0.1
-    np.testing.assert_allclose(np.concatenate(sim.momentum()), before, atol=5e-5)
+    np.testing.assert_allclose(np.concatenate(sim.forces.momentum()), before, atol=5e-5)
 
 
 # Breaks when an equality of tendons is not kept, or costs the freedom that it leaves: a differential, whose
@@ -181,12 +183,12 @@ def test_servo_at_its_limits():
     assert sim.qd[0] == pytest.approx(0.1 * (15 - G), rel=1e-9)
     sim.controls = [-1.0]
     sim.step()
-    assert sim.actuator_efforts["effort"][0] == pytest.approx(-2)
+    assert sim.forces.actuator_efforts["effort"][0] == pytest.approx(-2)
     sim.set_q([0.0])
     sim.qd = [0.0]
     sim.controls = [0.0]
     sim.run(0.1)
-    assert sim.actuator_efforts["effort"][0] == pytest.approx(G, rel=1e-6)
+    assert sim.forces.actuator_efforts["effort"][0] == pytest.approx(G, rel=1e-6)
 
 
 # Breaks when a tendon's limit is as coarse as its unit: l = c q has the same limit as q at c times it,
@@ -224,9 +226,9 @@ def test_ball_in_cup():
     sim = robot("dm_suite/ball_in_cup.xml")
     sim.set_qd({"ball_x": 2.0, "ball_z": 3.0})
     longest = []
-    sim.run(1.0, after_step=lambda s, _: longest.append(s.tendon_efforts["length"][0]) and None)
+    sim.run(1.0, after_step=lambda s, _: longest.append(s.forces.tendon_efforts["length"][0]) and None)
     assert max(longest) == pytest.approx(sim.model.tendons[0].upper, abs=1e-3)
-    assert sim.tendon_efforts["limit"][0] <= 0
+    assert sim.forces.tendon_efforts["limit"][0] <= 0
 
 
 # Breaks when a fixed tendon does not drive both wheels: the car goes straight ahead by one motor, and turns

@@ -450,7 +450,7 @@ def test_committed_rows_are_fair():
 def two_contacts():
     """Two contacts that push each other: one sticks, one slides."""
     A = np.eye(6) + 0.2 * np.ones((6, 6))
-    return amontons.Problem(A, np.array([-1.0, 0.1, 0.0, -0.5, 2.0, 1.0]), "friction", mu=[0.5, 0.3])
+    return amontons.vi.Problem(A, np.array([-1.0, 0.1, 0.0, -0.5, 2.0, 1.0]), "friction", mu=[0.5, 0.3])
 
 
 # Breaks when Siconos gets another problem than we solve, or its impulses come back in another order: both

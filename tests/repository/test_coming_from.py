@@ -11,11 +11,13 @@ CODE = re.compile(r"`([^`]+)`")
 # What a name stands for in the tables, and where it is looked up.
 OURS = {
     "simulation": Simulation,
+    "kinematics": amontons.results.Kinematics,
+    "forces": amontons.results.Forces,
     "builder": ModelBuilder,
     "Model": Model,
     "amontons": amontons,
     "shapes": amontons.shapes,
-    "problem": amontons.Problem,
+    "problem": amontons.vi.Problem,
 }
 CALLED = {"Simulation": Simulation, "ModelBuilder": ModelBuilder, "Material": Material, "Motor": Motor}
 
@@ -40,9 +42,10 @@ def keywords(code):
 
 def check_keywords(name, given):
     last = name.split(".")[-1]
-    callee = CALLED.get(last) or getattr(ModelBuilder, last, None) or getattr(amontons, last, None)
-    if callee is None:
-        callee = getattr(amontons.Problem, last, None) or getattr(Simulation, last, None)
+    places = (ModelBuilder, amontons.parts, amontons.vi, *OURS.values())
+    callee = CALLED.get(last) or next(
+        (getattr(place, last) for place in places if hasattr(place, last)), None
+    )
     assert callee is not None, name
     parameters = inspect.signature(callee).parameters
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
@@ -55,7 +58,7 @@ def test_our_names_exist(root):
     for engine in engines(root):
         for _, right in rows(root, engine):
             for code in CODE.findall(right):
-                for owner, name in re.findall(r"\b([A-Za-z]+)\.(\w+)", code):
+                for owner, name in re.findall(r"\b([A-Za-z]+)\.(?=(\w+))", code):
                     if owner in OURS and name != "gym":  # a package of its own
                         assert hasattr(OURS[owner], name), f"{engine}: {code}"
                 for name in re.findall(r"(?<![.\w])(add_\w+)", code):

@@ -57,7 +57,7 @@ def test_contacts_are_matched_with_themselves(corpus):
     sequence = corpus.of_scene("stack", (1,), {}, boxes=3)
     simulation = amontons.Simulation(sequence.make(), dt=sequence.dt)
     simulation.step()
-    problem, x = simulation.problem(), simulation.impulses.copy()
+    problem, x = simulation.problem(), simulation.forces.impulses.copy()
     assert np.array_equal(corpus.matched((simulation.contacts, x, problem), simulation.contacts, problem), x)
 
 

@@ -48,7 +48,7 @@ def test_page_and_figures(folder):
 # Breaks when a method or a benchmark is left out: all methods on B1 to B4, CG and MINRES on B1 alone.
 def test_every_method_on_every_benchmark(folder):
     summary = rows(folder / "summary.csv")
-    methods = {m for m in amontons.methods() if m != "auto"}
+    methods = {m for m in amontons.vi.methods() if m != "auto"}
     for name in ("B1", "B2", "B3", "B4"):
         mine = {row["method"]: row["status"] for row in summary if row["problem"].startswith(name)}
         assert set(mine) == methods

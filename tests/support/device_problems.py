@@ -43,7 +43,7 @@ def random_problem(contacts, bodies, rows=0, *, compliant=False, hub=False, seed
     a, b = sides(contacts)
     ja, jb = sides(rows)
     normal = rng.normal(size=(contacts, 3))
-    A = amontons.Contacts(
+    A = amontons.vi.Contacts(
         mass,
         inertia,
         a,
@@ -60,13 +60,13 @@ def random_problem(contacts, bodies, rows=0, *, compliant=False, hub=False, seed
     )
     third = rows // 3
     cones = [
-        amontons.Friction(rng.choice([0, 0.3, 0.5, 1, 20], contacts)),
-        amontons.Bilateral(third),
-        amontons.Interval(np.full(third, -0.2), np.full(third, 0.1)),
-        amontons.NonNegative(rows - 2 * third),
+        amontons.vi.Friction(rng.choice([0, 0.3, 0.5, 1, 20], contacts)),
+        amontons.vi.Bilateral(third),
+        amontons.vi.Interval(np.full(third, -0.2), np.full(third, 0.1)),
+        amontons.vi.NonNegative(rows - 2 * third),
     ]
     cones = [c for c in cones if len(np.atleast_1d(getattr(c, "mu", 1)))]
-    return amontons.Problem(A, rng.normal(size=3 * contacts + rows), cones)
+    return amontons.vi.Problem(A, rng.normal(size=3 * contacts + rows), cones)
 
 
 @lru_cache(maxsize=1)
@@ -80,9 +80,9 @@ def problems():
         "pile": stepped("spheres_in_box", 30, count=300),
         "wall": stepped("wall", 2, columns=8, rows=6),
         "vehicle": stepped("tracked_vehicle", 3),
-        "file": amontons.read_problem(EXAMPLES / "wall_impact.hdf5"),
-        "file of spheres": amontons.read_problem(EXAMPLES / "spheres.hdf5"),
-        "file of joints": amontons.read_problem(EXAMPLES / "lattice.hdf5"),
+        "file": amontons.vi.read_problem(EXAMPLES / "wall_impact.hdf5"),
+        "file of spheres": amontons.vi.read_problem(EXAMPLES / "spheres.hdf5"),
+        "file of joints": amontons.vi.read_problem(EXAMPLES / "lattice.hdf5"),
     }
 
 
@@ -101,7 +101,7 @@ def solved(name, method, law):
     """
     problem = problems()[name]
     options = dict(method=method, law=law, tolerance=0, max_iterations=50, history=True)
-    other = amontons.Problem(problem.A, problem.b * (1 + 2.0**-52), problem.cones)
+    other = amontons.vi.Problem(problem.A, problem.b * (1 + 2.0**-52), problem.cones)
     own, moved = problem.solve(**options), other.solve(**options)
     drift = np.abs(own.x - moved.x).max()
     return own, max(1e-10 * max(1.0, np.abs(own.x).max()), 100 * drift)

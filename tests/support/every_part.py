@@ -75,12 +75,12 @@ def every_part() -> amontons.Model:
         name="guide",
     )
     builder.add_coupling("shaft", "slide", dof_a=2, backlash=0.02)
-    drum = amontons.PathElement(
+    drum = amontons.parts.PathElement(
         "cylinder", "k", radius=0.1, friction=0.2, turns=1, side=(0, 5, 6), side_body="b0"
     )
     builder.add_tendon("rope", path=[("b2", (0, 0, 0)), drum, ("b3", (0, 0, 0))], limits=(None, 20))
     wheels = [
-        amontons.PathElement("cylinder", body, amontons.Transform(at), 0.1, friction=0.3)
+        amontons.parts.PathElement("cylinder", body, amontons.Transform(at), 0.1, friction=0.3)
         for body, at in (("k", (1, 0, 0)), (None, (3, 5, 5)))
     ]
     builder.add_tendon("belt", path=wheels, closed=True, stiffness=10, rest=3)

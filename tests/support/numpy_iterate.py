@@ -7,8 +7,9 @@ the contacts, (3, contacts) in world axes, and the single rows, (rows,).
 from __future__ import annotations
 
 import numpy as np
-from amontons import InputError, Problem, _core
+from amontons import InputError, _core
 from amontons.checks import Array
+from amontons.vi import Problem
 
 TILE = 256
 """places whose terms are summed by one tree"""
@@ -83,7 +84,7 @@ def collect(partial: Array) -> float:
 
 
 class NumpyIterate:
-    """The passes of a problem of bodies, contacts and rows in NumPy, an `amontons.Iterate`.
+    """The passes of a problem of bodies, contacts and rows in NumPy, an `amontons.vi.Iterate`.
 
     The kernels of a device are tested against it, to the last bit. law:
     that of the solve which it serves, None for that of the problem. InputError for problems that devices do
@@ -226,12 +227,12 @@ class NumpyIterate:
     # The passes.
 
     def start(self, x0: Array) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._x = self._best = self._layout.to_passes(self._layout.projected(x0))
         return self.refresh()
 
     def refresh(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._bodies(self._x)
         self._u = self._product(self._x) + self._b
         return self._map(self._x, self._u)
@@ -249,7 +250,7 @@ class NumpyIterate:
             return project(y - (alpha / p) * g, n, self._mu, aspect) - y, more
 
     def direction(self, alpha: float) -> tuple[float, float]:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._d = np.zeros_like(self._x)
         (xc, xr), (uc, ur), (dc, dr) = map(self._split, (self._x, self._u, self._d))
         g = uc + self._saxce(uc) * self._n
@@ -260,13 +261,13 @@ class NumpyIterate:
         return self._sum(dot(dc, g), dr * ur), self._sum(self._p * dd, self._row_p * rr)
 
     def curvature(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         dAd = self._bodies(self._d) + self._dEd
         self._Ad = self._product(self._d)
         return dAd
 
     def update(self, lam: float) -> tuple[float, float, float]:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         s, y, old = lam * self._d, lam * self._Ad, self._u
         self._x, self._u = self._x + s, old + y
         (sc, sr), (yc, yr), (uc, _), (oc, _) = map(self._split, (s, y, self._u, old))
@@ -275,11 +276,11 @@ class NumpyIterate:
         return self._sum(dot(sc, yc), sr * yr), yPy, self._map(self._x, self._u)
 
     def start_momentum(self) -> None:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._before, self._u_before, self._beta = self._x, self._u, 0.0
 
     def momentum_direction(self, alpha: float) -> tuple[float, float]:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         y = self._x + self._beta * (self._x - self._before)
         u_y = self._u + self._beta * (self._u - self._u_before)
         self._d = np.zeros_like(y)
@@ -295,31 +296,31 @@ class NumpyIterate:
         return dPd, self._sum(dPm, self._row_p * (dr * (yr - xr)))
 
     def accelerate(self, beta: float) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         x = (self._x + self._beta * (self._x - self._before)) + self._d
         u = (self._u + self._beta * (self._u - self._u_before)) + self._Ad
         self._before, self._u_before, self._x, self._u, self._beta = self._x, self._u, x, u, beta
         return self._map(x, u)
 
     def refresh_momentum(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._bodies(self._before)
         self._u_before = self._product(self._before) + self._b
         return self.refresh()
 
     def keep_best(self) -> None:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._best = self._x
 
     def extract_best(self) -> Array:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._layout.to_user(self._best)
 
     def extract(self) -> Array:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._layout.to_user(self._x)
 
     def objective(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         (xc, xr), (uc, ur), (bc, br) = map(self._split, (self._x, self._u, self._b))
         return 0.5 * self._sum(dot(xc, uc + bc), xr * (ur + br))

@@ -48,8 +48,8 @@ def read_quietly(path):
     import warnings
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.SymmetrisedWarning)
-        return amontons.read_problem(path)
+        warnings.simplefilter("ignore", amontons.vi.SymmetrisedWarning)
+        return amontons.vi.read_problem(path)
 
 
 def matrix_of(group):
@@ -85,7 +85,7 @@ def pile(bodies=6, seed=1):
     normals = rng.normal(size=(bodies, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     inertias = np.array([random_spd(3, seed + i, 5) for i in range(bodies)])
-    A = amontons.Contacts(
+    A = amontons.vi.Contacts(
         rng.uniform(0.1, 2, bodies),
         inertias,
         np.arange(bodies),
@@ -100,10 +100,14 @@ def pile(bodies=6, seed=1):
         joint_jacobian_b=rng.normal(size=(2, 6)),
         joint_compliance=[0.0, 0.2],
     )
-    cones = [amontons.Friction(rng.uniform(0, 1, bodies)), amontons.Bilateral(1), amontons.NonNegative(1)]
+    cones = [
+        amontons.vi.Friction(rng.uniform(0, 1, bodies)),
+        amontons.vi.Bilateral(1),
+        amontons.vi.NonNegative(1),
+    ]
     return A, rng.normal(size=A.shape[0]), cones
 
 
 def one_contact(mu=0.5, normal_velocity=-1.0, tangential_velocity=0.3):
     """A unit mass (point) on a plane: A = I. Sticks if |v_t| <= mu |v_n|."""
-    return np.eye(3), np.array([normal_velocity, tangential_velocity, 0.0]), [amontons.Friction(mu)]
+    return np.eye(3), np.array([normal_velocity, tangential_velocity, 0.0]), [amontons.vi.Friction(mu)]

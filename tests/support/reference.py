@@ -14,15 +14,15 @@ def conic_rows(cones):
     sizes = []  # of the second-order cones
     at = 0
     for cone in cones:
-        if isinstance(cone, amontons.NonNegative):
+        if isinstance(cone, amontons.vi.NonNegative):
             rows["nonnegative"] += [([(at + i, -1.0)], 0.0) for i in range(cone.n)]
-        elif isinstance(cone, amontons.Interval):
+        elif isinstance(cone, amontons.vi.Interval):
             for i, (lo, hi) in enumerate(zip(cone.lo, cone.hi, strict=True)):
                 if np.isfinite(lo):
                     rows["nonnegative"].append(([(at + i, -1.0)], -lo))
                 if np.isfinite(hi):
                     rows["nonnegative"].append(([(at + i, 1.0)], hi))
-        elif isinstance(cone, amontons.Friction):
+        elif isinstance(cone, amontons.vi.Friction):
             for i, mu in enumerate(cone.mu):
                 n = at + 3 * i
                 if mu < 1e-9:  # |t| <= 0 alone would leave the sign of x_n open
@@ -31,13 +31,13 @@ def conic_rows(cones):
                 else:
                     rows["cone"] += [([(n, -mu)], 0.0), ([(n + 1, -1.0)], 0.0), ([(n + 2, -1.0)], 0.0)]
                     sizes.append(3)
-        elif isinstance(cone, amontons.EllipticFriction):
+        elif isinstance(cone, amontons.vi.EllipticFriction):
             for i, mu in enumerate(np.stack(cone.parameters, axis=1)):
                 _add_cone(rows, sizes, at + cone.block * i, range(1, cone.block), mu)
-        elif isinstance(cone, amontons.PlanarFriction):
+        elif isinstance(cone, amontons.vi.PlanarFriction):
             for i, mu in enumerate(cone.mu):
                 _add_cone(rows, sizes, at + 2 * i, (1,), [mu])
-        elif isinstance(cone, amontons.RollingFriction):
+        elif isinstance(cone, amontons.vi.RollingFriction):
             for i in range(cone.n):
                 _add_cone(rows, sizes, at + 5 * i, (1, 2), [cone.mu[i]] * 2)
                 _add_cone(rows, sizes, at + 5 * i, (3, 4), [cone.rolling[i]] * 2)

@@ -13,8 +13,8 @@ def cone_of(kind, rng, contacts, size=1.0):
     values[:, 2:] *= 0.3 * size
     values[rng.random((contacts, 5)) < 0.1] = 0
     if kind == "rolling":
-        return amontons.RollingFriction(values[:, 0], values[:, 3])
-    return amontons.EllipticFriction(
+        return amontons.vi.RollingFriction(values[:, 0], values[:, 3])
+    return amontons.vi.EllipticFriction(
         values[:, :2],
         values[:, 2] if kind != "elliptic-3" else None,
         values[:, 3:] if kind == "elliptic-6" else None,
@@ -32,7 +32,7 @@ def random_problem(kind, seed, size=1.0, compliance=0.0, joints=0):
     inverse_mass = 10 ** rng.uniform(-1, 1, bodies)
     roots = rng.normal(size=(bodies, 3, 3))
     inertia = inverse_mass[:, None, None] * (roots @ roots.transpose(0, 2, 1) / 3 + 0.3 * np.eye(3))
-    A = amontons.Contacts(
+    A = amontons.vi.Contacts(
         inverse_mass,
         inertia / size**2,
         body_a,
@@ -52,20 +52,20 @@ def random_problem(kind, seed, size=1.0, compliance=0.0, joints=0):
     velocities[:, 3:] /= size
     b = A.stored().jacobian() @ velocities.ravel()
     b[: contacts * BLOCK[kind] : BLOCK[kind]] += 0.3 * rng.integers(0, 2, contacts)
-    cones = [cone_of(kind, rng, contacts, size), amontons.Bilateral(joints)]
-    return amontons.Problem(A, b, cones)
+    cones = [cone_of(kind, rng, contacts, size), amontons.vi.Bilateral(joints)]
+    return amontons.vi.Problem(A, b, cones)
 
 
 def de_saxce(cone, u):
     """The largest power, per unit of normal force, that friction can take out of the motion u, (n, rows)."""
-    if isinstance(cone, amontons.RollingFriction):
+    if isinstance(cone, amontons.vi.RollingFriction):
         return cone.mu * np.hypot(u[:, 1], u[:, 2]) + cone.rolling * np.hypot(u[:, 3], u[:, 4])
     return np.linalg.norm(np.stack(cone.parameters, axis=1) * u[:, 1:], axis=1)
 
 
 def friction_used(cone, x):
     """How much of the normal force the friction of x, (n, rows), asks for: at most x_n inside the cone."""
-    if isinstance(cone, amontons.RollingFriction):
+    if isinstance(cone, amontons.vi.RollingFriction):
         pairs = [(np.hypot(x[:, 1], x[:, 2]), cone.mu), (np.hypot(x[:, 3], x[:, 4]), cone.rolling)]
     else:
         pairs = [(np.abs(x[:, k]), mu) for k, mu in enumerate(cone.parameters, 1)]

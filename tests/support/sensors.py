@@ -42,5 +42,5 @@ def compare_sensors(mujoco, monkeypatch, path, seed):
         scale = max(1.0, np.abs(reference).max())
         np.testing.assert_allclose(value, reference, atol=1e-10 * scale, err_msg=f"{name}: {kind}")
         compared.add(kind)
-    np.testing.assert_allclose(sim.sites["position"], d.site_xpos, atol=1e-12)
+    np.testing.assert_allclose(sim.kinematics.sites["position"], d.site_xpos, atol=1e-12)
     return model, compared

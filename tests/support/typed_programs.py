@@ -35,11 +35,11 @@ def simulate(model: amontons.Model) -> float:
 
 
 def solve(path: Path) -> NDArray[np.float64]:
-    problem = amontons.read_problem(path)
+    problem = amontons.vi.read_problem(path)
     solution = problem.solve(method="auto", law="coulomb", history=True)
     assert solution.history is not None
-    cones = [amontons.Friction(0.5, n=2), amontons.Bilateral(1), amontons.Interval([-1.0], [1.0])]
-    other = amontons.solve(np.eye(8), np.ones(8), cones, threads=1)
+    cones = [amontons.vi.Friction(0.5, n=2), amontons.vi.Bilateral(1), amontons.vi.Interval([-1.0], [1.0])]
+    other = amontons.vi.solve(np.eye(8), np.ones(8), cones, threads=1)
     return solution.x if solution.converged else other.x
 
 

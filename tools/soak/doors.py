@@ -124,7 +124,7 @@ def recording(folder: Path) -> None:
 
 @way("p.mtx", "p.npz")
 def problem(folder: Path) -> None:
-    amontons.Problem([[2.0]], [-1.0], "bilateral").write(folder / "p.mtx")
+    amontons.vi.Problem([[2.0]], [-1.0], "bilateral").write(folder / "p.mtx")
 
 
 def _command(*arguments: object) -> None:

@@ -96,7 +96,9 @@ def classes(rng: Rng) -> Call:
     """The constructor of a public class, of shapes and options too."""
     names = [n for n in amontons.__all__ if inspect.isclass(getattr(amontons, n))]
     found = [getattr(amontons, n) for n in names] + [getattr(shapes, n) for n in SHAPES]
-    found = [c for c in found if c not in (amontons.Solution, amontons.Rollout)]  # which are results
+    found = [
+        c for c in found if c not in (amontons.vi.Solution, amontons.results.Rollout)
+    ]  # which are results
     found = [c for c in found if not issubclass(c, BaseException) and c.__module__ != "amontons._core"]
     found = [c for c in found if not getattr(c, "_is_protocol", False)]  # which nobody constructs
     return _good(pick(rng, found))
@@ -120,12 +122,12 @@ def making_simulations(rng: Rng) -> Call:
 
 def solving(rng: Rng) -> Call:
     arguments = {"A": np.eye(3), "b": np.array([-1.0, 0.1, 0.2]), "cones": "friction", "mu": 0.3}
-    function = pick(rng, [amontons.solve, amontons.Problem, amontons.solve])
+    function = pick(rng, [amontons.vi.solve, amontons.vi.Problem, amontons.vi.solve])
     return function, arguments
 
 
 def about_problems(rng: Rng) -> Call:
-    problem = amontons.Problem(np.eye(3), np.array([-1.0, 0.1, 0.2]), "friction", mu=0.3)
+    problem = amontons.vi.Problem(np.eye(3), np.array([-1.0, 0.1, 0.2]), "friction", mu=0.3)
     function = pick(rng, [problem.solve, problem.residual, problem.write])
     arguments = {"x": np.zeros(3)} if function == problem.residual else {}
     return function, {"path": "p.npz"} if function == problem.write else arguments
@@ -245,12 +247,12 @@ def after(result: Any) -> None:
         result.step()
         require_finite(result.state.positions, "positions after a step")
         require_finite(result.state.linear_velocities, "velocities after a step")
-    if isinstance(result, amontons.Rollout):
+    if isinstance(result, amontons.results.Rollout):
         require_finite(result.q, "coordinates of a rollout")
         require_finite(result.qd, "velocities of a rollout")
-    if isinstance(result, amontons.Solution):
+    if isinstance(result, amontons.vi.Solution):
         require_finite(result.x, "x of a solution")
-    if isinstance(result, amontons.Problem):
+    if isinstance(result, amontons.vi.Problem):
         result.solve(max_iterations=3)
 
 

@@ -115,7 +115,7 @@ def too_late(limit: float, by: float) -> bool:
     return by > max(0.2 * limit, 1e-3)
 
 
-def late_solve(problem: amontons.Problem, method: str, deadline: float) -> bool:
+def late_solve(problem: amontons.vi.Problem, method: str, deadline: float) -> bool:
     def solve() -> None:
         # Some methods are for other problems.
         with contextlib.suppress(amontons.InputError):
@@ -124,7 +124,7 @@ def late_solve(problem: amontons.Problem, method: str, deadline: float) -> bool:
     return too_late(deadline, lateness(deadline, solve))
 
 
-METHODS = amontons.methods()
+METHODS = amontons.vi.methods()
 BUDGETED = 100
 
 FAMILIES = [

@@ -146,7 +146,7 @@ def require(holds: object, what: str) -> None:
 
 
 def judge_problem(path: Path) -> None:
-    problem = amontons.read_problem(path)
+    problem = amontons.vi.read_problem(path)
     m = problem.rows
     require(problem.b.shape == (m,) and np.isfinite(problem.b).all(), "b is not (m,) finite numbers")
     require(sum(cone.rows for cone in problem.cones) == m, "the cones do not have the rows of A")

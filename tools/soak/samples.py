@@ -27,15 +27,15 @@ def _matrix(n: int) -> np.ndarray:
     return rows @ rows.T + n * np.eye(n)
 
 
-def _factored() -> amontons.Factored:
+def _factored() -> amontons.vi.Factored:
     rng = np.random.default_rng(1)
     a, b = np.repeat([0, 1, 0], 3), np.repeat([-1, -1, 1], 3)
-    return amontons.Factored(
+    return amontons.vi.Factored(
         [1.0, 0.5], np.ones((2, 3)), a, b, rng.normal(size=(9, 6)), rng.normal(size=(9, 6))
     )
 
 
-def _written(problem: amontons.Problem, name: str, **options: object) -> Files:
+def _written(problem: amontons.vi.Problem, name: str, **options: object) -> Files:
     with tempfile.TemporaryDirectory() as folder:
         problem.write(Path(folder) / name, **options)
         return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
@@ -43,10 +43,10 @@ def _written(problem: amontons.Problem, name: str, **options: object) -> Files:
 
 @cache
 def fclib() -> dict[str, Files]:
-    friction = [amontons.Friction([0.3, 0.5]), amontons.Bilateral(2)]
-    local = amontons.Problem(_matrix(8), np.ones(8), friction, name="local", guesses=[np.ones(8)])
-    rolling = amontons.Problem(_matrix(10), np.ones(10), amontons.RollingFriction(0.3, 0.1, n=2))
-    bodies = amontons.Problem(_factored(), np.ones(9), "friction", mu=0.3, f=np.ones(12))
+    friction = [amontons.vi.Friction([0.3, 0.5]), amontons.vi.Bilateral(2)]
+    local = amontons.vi.Problem(_matrix(8), np.ones(8), friction, name="local", guesses=[np.ones(8)])
+    rolling = amontons.vi.Problem(_matrix(10), np.ones(10), amontons.vi.RollingFriction(0.3, 0.1, n=2))
+    bodies = amontons.vi.Problem(_factored(), np.ones(9), "friction", mu=0.3, f=np.ones(12))
     return {
         **{
             s: _written(local, "problem.hdf5", storage=s, solution=np.ones(8))
@@ -60,12 +60,12 @@ def fclib() -> dict[str, Files]:
 
 def _all_cones() -> list[amontons.problem.cones.Cone]:
     return [
-        amontons.Bilateral(2),
-        amontons.NonNegative(1),
-        amontons.Interval([-1.0, 0.0], [1.0, np.inf]),
-        amontons.Friction([0.3, 0.5]),
-        amontons.RollingFriction(0.3, 0.1, n=1),
-        amontons.EllipticFriction([[0.2, 0.4]], [0.1], n=1),
+        amontons.vi.Bilateral(2),
+        amontons.vi.NonNegative(1),
+        amontons.vi.Interval([-1.0, 0.0], [1.0, np.inf]),
+        amontons.vi.Friction([0.3, 0.5]),
+        amontons.vi.RollingFriction(0.3, 0.1, n=1),
+        amontons.vi.EllipticFriction([[0.2, 0.4]], [0.1], n=1),
     ]
 
 
@@ -78,10 +78,12 @@ def archives() -> dict[str, Files]:
     A = A[:rows, :rows]
     buffer = io.BytesIO()
     np.savez(buffer, W=_matrix(6), q=np.ones(6), mu=np.array([0.1, 0.2]))
-    bodies = amontons.Problem(_factored(), np.ones(9), "friction", mu=0.3)
+    bodies = amontons.vi.Problem(_factored(), np.ones(9), "friction", mu=0.3)
     return {
-        "sparse": _written(amontons.Problem(sp.csr_array(A), np.ones(rows), cones), "problem.npz"),
-        "dense": _written(amontons.Problem(A, np.ones(rows), cones, guesses=[np.ones(rows)]), "problem.npz"),
+        "sparse": _written(amontons.vi.Problem(sp.csr_array(A), np.ones(rows), cones), "problem.npz"),
+        "dense": _written(
+            amontons.vi.Problem(A, np.ones(rows), cones, guesses=[np.ones(rows)]), "problem.npz"
+        ),
         "bodies": _written(bodies, "problem.npz"),
         "local": {"problem.npz": buffer.getvalue()},
     }
@@ -89,7 +91,7 @@ def archives() -> dict[str, Files]:
 
 @cache
 def matrices() -> dict[str, Files]:
-    text = _written(amontons.Problem(_matrix(6), np.ones(6), "friction", mu=0.3), "problem.mtx")
+    text = _written(amontons.vi.Problem(_matrix(6), np.ones(6), "friction", mu=0.3), "problem.mtx")
     dense = "\n".join(f"{x!r}" for x in _matrix(6).T.ravel().tolist())
     general = "\n".join(f"{i + 1} {j + 1} {float(x)!r}" for (i, j), x in np.ndenumerate(_matrix(6)))
     head = "%%MatrixMarket matrix"

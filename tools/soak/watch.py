@@ -134,7 +134,7 @@ class Watch:
     def look_at_contacts(self, report: amontons.Report) -> None:
         """Their u_n = (A x + b)_n, in which gaps and turns are, against the speeds of the bodies and b."""
         problem = self.sim.problem()
-        u = problem._product(self.sim.impulses) + problem.b
+        u = problem._product(self.sim.forces.impulses) + problem.b
         normals: list[int] = []
         row = 0
         for cone in problem.cones:

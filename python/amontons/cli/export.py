@@ -195,7 +195,7 @@ def _last_step(chosen: Subject, step: int | None, at: float | None, touch: str |
 def _write(sim: Simulation, source: str, path: Path) -> None:
     problem = sim.problem()
     problem.name = f"{source}, {problem.name}"
-    problem.write(path, solution=sim.impulses if path.suffix.lower() in HDF5 else None)
+    problem.write(path, solution=sim.forces.impulses if path.suffix.lower() in HDF5 else None)
 
 
 def _tell(files: list[Path], as_json: bool) -> None:

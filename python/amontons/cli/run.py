@@ -220,7 +220,7 @@ def _steps(subject: Subject, duration: float | None) -> int:
 
 def _reported(chosen: Subject, steps: int) -> Outcome:
     """An outcome that keeps what a report shows."""
-    return Outcome(measured=_measured(chosen, steps), loads=chosen.simulation.loads())
+    return Outcome(measured=_measured(chosen, steps), loads=chosen.simulation.forces.loads())
 
 
 def _measured(chosen: Subject, steps: int) -> Signals | None:

@@ -20,7 +20,7 @@ def tiles(n: int) -> int:
 
 
 class DeviceIterate:
-    """An `amontons.Iterate` whose vectors stay on a device.
+    """An `amontons.vi.Iterate` whose vectors stay on a device.
 
     An iteration launches direction, bodies and collect, reads four numbers, launches update and collect, and
     reads four again; bodies with long lists take two launches more.
@@ -98,7 +98,7 @@ class DeviceIterate:
     # The passes.
 
     def start(self, x0: Array) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._best = self._before = self._now
         x = self._layout.to_passes(self._layout.projected(x0))
         self._backend.upload(self._x[self._now], x) if len(x) else None
@@ -110,11 +110,11 @@ class DeviceIterate:
         return self._sums()[0]
 
     def refresh(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._refreshed(self._x[self._now], self._u)
 
     def direction(self, alpha: float) -> tuple[float, float]:
-        """See `amontons.Iterate`; <d, A d> is read with it."""
+        """See `amontons.vi.Iterate`; <d, A d> is read with it."""
         self._launch("direction", self._tiles, *self._contact_row, self._x[self._now], self._u, self._d,
                      self._partial, np.float64(alpha), *self._sizes)  # fmt: skip
         self._bodies(self._d)
@@ -123,11 +123,11 @@ class DeviceIterate:
         return dg, dPd
 
     def curvature(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._dAd
 
     def update(self, lam: float) -> tuple[float, float, float]:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._before = self._now
         target = self._free()
         self._launch("update", self._tiles, *self._constants, self._x[self._now], self._x[target], self._u,
@@ -137,7 +137,7 @@ class DeviceIterate:
         return sy, yPy, residual_squared
 
     def start_momentum(self) -> None:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         size = 8 * self._layout.size
         if len(self._x) < 4:
             self._x.append(self._memory.buffer("x3", size))
@@ -147,7 +147,7 @@ class DeviceIterate:
         self._before, self._beta = self._now, np.float64(0)
 
     def momentum_direction(self, alpha: float) -> tuple[float, float]:
-        """See `amontons.Iterate`; <d, A d> is read with it."""
+        """See `amontons.vi.Iterate`; <d, A d> is read with it."""
         self._launch("momentum_direction", self._tiles, *self._contact_row, self._x[self._now],
                      self._x[self._before], self._u, self._u_before, self._d, self._partial,
                      np.float64(alpha), self._beta, *self._sizes)  # fmt: skip
@@ -157,7 +157,7 @@ class DeviceIterate:
         return dPd, dPm
 
     def accelerate(self, beta: float) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         target = self._free()
         self._launch("accelerate", self._tiles, *self._constants, self._x[self._now], self._x[self._before],
                      self._x[target], self._u, self._u_before, self._d, self._partial, self._beta,
@@ -167,27 +167,27 @@ class DeviceIterate:
         return self._sums()[0]
 
     def refresh_momentum(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._refreshed(self._x[self._before], self._u_before)
         return self.refresh()
 
     def keep_best(self) -> None:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._best = self._now
 
     def _read(self, x: Any) -> Array:
         return self._layout.to_user(self._backend.download(x, self._layout.size))
 
     def extract_best(self) -> Array:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._read(self._x[self._best])
 
     def extract(self) -> Array:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         return self._read(self._x[self._now])
 
     def objective(self) -> float:
-        """See `amontons.Iterate`."""
+        """See `amontons.vi.Iterate`."""
         self._launch(
             "objective", self._tiles, self._x[self._now], self._u, self._b, self._partial, *self._sizes
         )

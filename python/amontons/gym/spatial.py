@@ -16,8 +16,8 @@ import numpy as np
 
 from ..checks import Array
 from ..model.model import Model
-from ..simulation.forces import contact_table
 from ..simulation.simulation import Simulation
+from ..simulation.tables import contact_table
 
 
 def rotations(quaternions: Array) -> Array:

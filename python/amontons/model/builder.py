@@ -236,8 +236,8 @@ class ModelBuilder(PartBuilder):
     ) -> int:
         """Add a frame to look at, fixed in a body or in the world, and return its index.
 
-        position, orientation: in the body frame (m; unit quaternion w, x, y, z). `Simulation.sites` tells
-        where it is and how it moves.
+        position, orientation: in the body frame (m; unit quaternion w, x, y, z).
+        `Simulation.kinematics.sites` tells where it is and how it moves.
         """
         name = self._new_name("site", name)
         index, inner, _ = self._place(body)

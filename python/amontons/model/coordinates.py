@@ -107,7 +107,7 @@ def joint_labels(joints: Sequence[Joint]) -> list[str]:
 
 
 def degrees(joints: Sequence[Joint]) -> Iterator[tuple[str, Dof]]:
-    """Name and description of all degrees of freedom, in the order of `Simulation.joint_efforts`."""
+    """Name and description of all degrees of freedom, in the order of `Simulation.forces.joint_efforts`."""
     for joint, label in zip(joints, joint_labels(joints), strict=True):
         named = joint if joint.name else replace(joint, name=label)
         for d, dof in enumerate(joint.dofs):

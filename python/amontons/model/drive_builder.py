@@ -53,7 +53,7 @@ class DriveBuilder(JointBuilder):
         closed: a belt around two parallel cylinders, the only elements of its path.
 
         A rope rubs where a PathElement has friction. It then needs an upper limit, its length, or a stiffness
-        beyond its rest length, and nothing else acts along it. `Simulation.tensions` has its tensions.
+        beyond its rest length, and nothing else acts along it. `Simulation.forces.tensions` has its tensions.
         """
         name = self._new_name("tendon", name)
         who = f'tendon "{name}"'

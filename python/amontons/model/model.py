@@ -93,7 +93,7 @@ class Model:
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what the model file asks for and was not read, worst first"""
     sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """frames to look at: `Simulation.sites`"""
+    """frames to look at: `Simulation.kinematics.sites`"""
     sensors: tuple[Sensor, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """what is measured: `Simulation.sensors`"""
     visuals: tuple[Visual, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
@@ -168,7 +168,7 @@ class Model:
 
     @cached_property
     def link_names(self) -> tuple[str, ...]:
-        """Names of the bodies, then of the links that are parts of them, as in `Simulation.links`."""
+        """Names of the bodies, then of the links that are parts of them, as `Simulation.kinematics.links`."""
         return (*self.body_names, *(link.name for link in self.links))
 
     @cached_property
@@ -279,7 +279,7 @@ class Model:
         if link is not None:
             raise InputError(
                 f'"{link.name}" is a link of the body "{self.bodies[link.body].name}", on which the joint '
-                f'"{link.joint}" fixes it; give the body, or ask Simulation.link("{link.name}")'
+                f'"{link.joint}" fixes it; give the body, or ask Simulation.kinematics.link("{link.name}")'
             )
         return index_of("body", body, self.body_names)
 
@@ -298,7 +298,7 @@ class Model:
             raise InputError(
                 f'the joint "{link.joint}" fixes the link "{link.name}" on the body '
                 f'"{self.bodies[link.body].name}", which is one with it; its forces are in '
-                "Simulation.link_reactions"
+                "Simulation.forces.link_reactions"
             )
         return index_of("joint", joint, self.joint_names)
 

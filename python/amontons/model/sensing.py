@@ -31,7 +31,7 @@ SENSORS: dict[str, int] = {
 
 @dataclass(frozen=True)
 class Site:
-    """A named frame fixed in a body; `Simulation.site` reads its pose and velocity."""
+    """A named frame fixed in a body; `Simulation.kinematics.site` reads its pose and velocity."""
 
     name: str = ""
     body: int = WORLD

@@ -109,7 +109,7 @@ def source_of_iterate(iterate: Iterate, method: str, has_moments: bool) -> _core
     ]
     if missing:
         raise InputError(
-            f"iterate is a {type(iterate).__name__} without {missing[0]}(); see amontons.Iterate"
+            f"iterate is a {type(iterate).__name__} without {missing[0]}(); see amontons.vi.Iterate"
         )
     return _core.IterateSource(type(iterate).__name__, lambda problem, law: iterate, False, 0)
 

@@ -51,7 +51,7 @@ def canonical(A: Any) -> Matrix:
         return _dense(reals("A", A) if not isinstance(A, np.ndarray) else A)
     raise InputError(
         f"A is a {type(A).__name__}; give a SciPy sparse matrix, a NumPy array, a LinearOperator, "
-        "amontons.Factored or amontons.Contacts"
+        "amontons.vi.Factored or amontons.vi.Contacts"
     )
 
 
@@ -84,7 +84,9 @@ def _sparse(A: Any) -> sp.csr_array:
     else:
         matrix = sp.csr_array(A)
     if matrix.nnz > np.iinfo(np.int32).max:
-        raise InputError(f"A has {matrix.nnz} entries, more than 32-bit indices reach; use amontons.Factored")
+        raise InputError(
+            f"A has {matrix.nnz} entries, more than 32-bit indices reach; use amontons.vi.Factored"
+        )
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()

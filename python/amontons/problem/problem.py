@@ -184,9 +184,9 @@ class Problem:
         iterate: Iterate | None = None,
         **method_options: Any,
     ) -> Solution:
-        """Solve the problem under its law, or the given `law`; arguments as in `amontons.solve`.
+        """Solve the problem under its law, or the given `law`; arguments as in `amontons.vi.solve`.
 
-        iterate: the vectors of "p-spg-fb" and "apgd", an `amontons.Iterate` of this problem; "auto"
+        iterate: the vectors of "p-spg-fb" and "apgd", an `amontons.vi.Iterate` of this problem; "auto"
         uses one of the two.
         """
         method = options.require_method(method)
@@ -230,7 +230,7 @@ class Problem:
         return source
 
     def residual(self, x: ArrayLike, *, law: str | None = None, norm: str = "natural") -> float:
-        """The residual of x under the law of the problem, or the `law` given; see `amontons.residual`."""
+        """The residual of x under the law of the problem, or the `law` given; see `amontons.vi.residual`."""
         return self._core.residual(self._to_core("x", x), self._law(law), chosen("norm", norm, options.NORMS))
 
     def project(self, x: ArrayLike) -> Array:
@@ -297,7 +297,7 @@ class Problem:
         kind = repr(self.A) if not isinstance(self.A, np.ndarray) else "dense"
         if hasattr(self.A, "nnz"):
             kind = f"sparse, {self.A.nnz} entries"
-        return f"amontons.Problem{title}\n  rows:  {self.rows}\n  A:     {kind}\n  cones: {cones}"
+        return f"amontons.vi.Problem{title}\n  rows:  {self.rows}\n  A:     {kind}\n  cones: {cones}"
 
 
 class Violations(NamedTuple):
@@ -336,7 +336,7 @@ def solve(
     A, b, cones, mu: see `Problem`; build one to solve it more than once.
     law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", the convex
         relaxation, in which sliding contacts separate with u_n = mu |u_t|.
-    method: "auto" or one of `amontons.methods()`. The result names the method that was used, and why.
+    method: "auto" or one of `amontons.vi.methods()`. The result names the method that was used, and why.
     x0: (m,) warm start (N s); used only where its residual is below that of the cold start.
     tolerance: natural residual to reach, relative to that of x = 0; zero runs to the limits.
     max_iterations: None for the method's own. deadline: wall clock (s), None for none.

@@ -60,7 +60,7 @@ class Solution:
     method: str
     """the method that produced x"""
     device: str
-    """where its vectors were: "cpu", the name of a device, or the class of an `amontons.Iterate`"""
+    """where its vectors were: "cpu", the name of a device, or the class of an `amontons.vi.Iterate`"""
     reason: str
     """what was chosen and why, and every phase that ran; empty for a method that is none of several phases"""
     phases: list[Phase]
@@ -86,7 +86,7 @@ class Solution:
         ]
         if self.history is not None:
             lines.append(f"history:    {len(self.history)} records")
-        return "amontons.Solution\n  " + "\n  ".join(lines)
+        return "amontons.vi.Solution\n  " + "\n  ".join(lines)
 
 
 def from_core(result: _core.Result, history: bool, scale: Array | None, asked_for: str = "cpu") -> Solution:

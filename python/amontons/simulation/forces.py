@@ -1,141 +1,276 @@
-"""Contacts, reactions and drives of a step as structured arrays; bindings/tables.cpp writes their rows."""
+"""Forces: efforts and reactions of the last step, and the equations of motion at the present state."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .. import _core
-from ..checks import Array, shown
+from ..checks import Array, Vector3, flag, reals
 from ..errors import InputError
-from ..model.drives import Tendon
-from ..model.model import Model
-from ..model.parts import WORLD
+from ..problem.problem import Problem
+from .coordinates import degree, entries, read_only
+from .holding import held_by
+from .links import link_reactions
+from .loads import Loads
 from .outcome import Table
-
-CONTACTS = np.dtype(
-    [
-        ("body_a", np.int32),
-        ("body_b", np.int32),
-        ("geom_a", np.int32),
-        ("geom_b", np.int32),
-        ("link_a", np.int32),
-        ("link_b", np.int32),
-        ("point", np.float64, 3),
-        ("normal", np.float64, 3),
-        ("gap", np.float64),
-        ("friction", np.float64),
-        ("impulse", np.float64, 3),
-        ("force", np.float64, 3),
-        ("torque", np.float64, 3),
-        ("slip", np.float64, 3),
-        ("spin", np.float64, 3),
-        ("normal_velocity", np.float64),
-        ("state", "U5"),
-    ]
+from .part import Part
+from .passive import passive_forces_of
+from .tables import (
+    actuator_table,
+    contact_sums,
+    effort_table,
+    reaction_table,
+    tendon_table,
+    tensions_of,
 )
-"""The fields of Simulation.contacts; docs/simulation.md says what they mean."""
-
-REACTIONS = np.dtype(
-    [
-        ("joint", np.int32),
-        ("body_a", np.int32),
-        ("body_b", np.int32),
-        ("point", np.float64, 3),
-        ("force", np.float64, 3),
-        ("torque", np.float64, 3),
-    ]
-)
-"""The fields of Simulation.joint_reactions."""
-
-EFFORTS = np.dtype(
-    [
-        ("joint", np.int32),
-        ("dof", np.int32),
-        ("coordinate", np.float64),
-        ("control", np.float64),
-        ("passive", np.float64),
-        ("motor", np.float64),
-        ("friction", np.float64),
-        ("limit", np.float64),
-    ]
-)
-"""The fields of Simulation.joint_efforts."""
-
-TENDONS = np.dtype(
-    [
-        ("tendon", np.int32),
-        ("length", np.float64),
-        ("rate", np.float64),
-        ("passive", np.float64),
-        ("friction", np.float64),
-        ("limit", np.float64),
-    ]
-)
-"""The fields of Simulation.tendon_efforts."""
-
-ACTUATORS = np.dtype(
-    [
-        ("actuator", np.int32),
-        ("control", np.float64),
-        ("activation", np.float64),
-        ("length", np.float64),
-        ("rate", np.float64),
-        ("effort", np.float64),
-    ]
-)
-"""The fields of Simulation.actuator_efforts."""
-
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-WRENCH_UNITS = ("N",) * 3 + ("N m",) * 3
-"""Names and units of the components of a force and a torque."""
 
 
-def contact_table(core: _core.Simulation, model: Model) -> Table:
-    return _core.contact_rows(core, model._geom_link_array).view(CONTACTS)
+@dataclass(frozen=True)
+class Instant:
+    """To which contacts, reactions, efforts and controls of the last step belong.
+
+    They are means over the step, and fit the pose at its start.
+    """
+
+    time: float
+    """of the start of the step, of the last substep (s)"""
+    q: Array
+    """generalised coordinates then, (nq,), as `Simulation.q`"""
 
 
-def contact_sums(core: _core.Simulation, table: Table, bodies: int) -> tuple[Array, Array]:
-    """(forces, torques about the centres of mass) of all contacts on each body, (n, 3) each."""
-    forces, torques = np.zeros((bodies, 3)), np.zeros((bodies, 3))
-    for side, sign, arm in zip(("body_a", "body_b"), (1, -1), core.contact_arms(), strict=True):
-        on = table[side] != WORLD
-        force = sign * table["force"][on]
-        np.add.at(forces, table[side][on], force)
-        np.add.at(torques, table[side][on], np.cross(arm[on], force) + sign * table["torque"][on])
-    return forces, torques
+@dataclass(frozen=True)
+class Effort:
+    """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`."""
+
+    time: float
+    """of the instant to which it belongs, the start of the step (s)"""
+    coordinate: float
+    """at that instant (m or rad)"""
+    control: float
+    """of its motor (N, N m, m/s, rad/s, m, rad); NaN without one"""
+    motor: float
+    """of its motor and of the actuators on it (N or N m)"""
+    passive: float
+    """of spring, damper and armature (N or N m)"""
+    friction: float
+    """N or N m"""
+    limit: float
+    """positive away from the lower limit (N or N m)"""
+
+    @property
+    def total(self) -> float:
+        """The sum (N or N m); what `state.joint_forces` put there is not in it."""
+        return self.motor + self.passive + self.friction + self.limit
 
 
-def reaction_table(core: _core.Simulation) -> Table:
-    return _core.reaction_rows(core).view(REACTIONS)
+@dataclass(frozen=True)
+class Reaction:
+    """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`."""
+
+    time: float
+    """of the instant to which it belongs (s)"""
+    point: Vector3
+    """about which the torque is (m)"""
+    force: Vector3
+    """N"""
+    torque: Vector3
+    """N m"""
 
 
-def effort_table(core: _core.Simulation) -> Table:
-    return _core.effort_rows(core).view(EFFORTS)
+class Forces(Part):
+    """`Simulation.forces`: what acted in the last step, and what acts along qd at present."""
+
+    @property
+    def instant(self) -> Instant:
+        """The time and pose to which forces of the last step belong; InputError before the first step."""
+        time, q = self._core.instant()
+        return Instant(time, read_only(q))
+
+    def effort(self, joint: int | str, dof: int = 0) -> Effort:
+        """Efforts along a joint's degree of freedom in the last step, by index or name.
+
+        joint: or the name of a degree of freedom. Raises InputError before the first step.
+        """
+        time = self._core.instant_time
+        joint, dof = degree(self._model, joint, dof)
+        row = effort_table(self._core)[self._model.dof_index(joint, dof)]
+        _, _, coordinate, control, passive, motor, friction, limit = row.item()
+        return Effort(time, coordinate, control, motor, passive, friction, limit)
+
+    def efforts(self) -> Array:
+        """Total efforts along all degrees of freedom in the last step (N or N m), (dofs,).
+
+        Each is the sum of motor, passive, friction and limit in `joint_efforts`, in that order of rows; zeros
+        before the first step.
+        """
+        table = effort_table(self._core)
+        return table["motor"] + table["passive"] + table["friction"] + table["limit"]
+
+    @property
+    def joint_efforts(self) -> Table:
+        """Efforts along each degree of freedom in the last step (N or N m), and its coordinate.
+
+        Fields: joint, dof, coordinate, control (of its motor, NaN without one), passive (spring, damper and
+        armature), motor (with the actuators on it), friction, limit. The coordinate is that of the instant to
+        which efforts belong, the start of the step (`instant`).
+        """
+        return effort_table(self._core)
+
+    @property
+    def tendon_efforts(self) -> Table:
+        """Forces along each tendon in the last step (N, N m), and its present length.
+
+        Fields: tendon, length (m, or the unit of its joints), rate, passive (spring, damper and armature),
+        friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
+        """
+        return tendon_table(self._core)
+
+    @property
+    def actuator_efforts(self) -> Table:
+        """Effort of each actuator in the last step, and its present length.
+
+        Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
+        N m).
+        """
+        return actuator_table(self._core)
+
+    def tensions(self, tendon: int | str) -> Array:
+        """Tensions (N) of the parts of a rope with friction on its path in the last step, (places + 1,).
+
+        The places are those of its path with friction, in their order; a belt has two parts. A tension is
+        positive where the rope pulls; a slack rope has none. InputError for a tendon without friction on its
+        path: `tendon_efforts` has its forces.
+        """
+        return tensions_of(self._model, self._core, tendon)
+
+    def reaction(self, joint: int | str) -> Reaction:
+        """Reaction of a joint in the last step, by index or name, on its body A.
+
+        joint: may also be a link of a file, or the fixed joint that holds it on its body. Its reaction
+        follows from the balance of all that it carries, in the present pose (`link_reactions`). Raises
+        InputError before the first step.
+        """
+        time = self._core.instant_time
+        for k, link in enumerate(self._model.links):
+            if joint in (link.name, link.joint) and joint not in self._model.joint_names:
+                return _reaction(self._core.time, self.link_reactions[k])
+        return _reaction(time, reaction_table(self._core)[self._model.joint_index(joint)])
+
+    @property
+    def joint_reactions(self) -> Table:
+        """Force (N) and torque (N m) of each joint's locked directions on its body A, world axes.
+
+        Fields: joint, body_a, body_b, point (m, where A held the joint at the start of the step; the torque
+        is about it), force, torque. Impacts are in them; what acts along the free directions is in
+        `joint_efforts`.
+        """
+        return reaction_table(self._core)
+
+    @property
+    def link_reactions(self) -> Table:
+        """Force (N) and torque (N m) of the fixed joint that holds each link on its body, world axes.
+
+        Fields: link (an index of `Model.link_names`), body, point (m, the origin of the link now; the torque
+        is about it), force, torque. A row for each of `Model.links`: means over the last step, from the
+        balance of all that hangs on the joint. Loads of `state.forces` act on the body, not on a link.
+        """
+        return link_reactions(self._core, self._model, self._model.tree.rates(self._core))
+
+    def contact_forces(self) -> tuple[Array, Array]:
+        """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).
+
+        Torques are about the centres of mass, in world axes.
+        """
+        return contact_sums(self._core, self._simulation.contacts, len(self._model.bodies))
+
+    @property
+    def impulses(self) -> Array:
+        """The solution x of the last step's problem, in the order and the units of its rows (N s, N m s)."""
+        core = self._core.problem
+        if core is None or not core.has_moments:
+            return self._core.impulses
+        problem: Problem = self._simulation.problem()
+        return problem._from_units(self._core.impulses)
+
+    def loads(self) -> Loads:
+        """Collect the loads of joints and contacts from the next step on: `Loads`, until its stop().
+
+        Usable as `with simulation.forces.loads() as loads: simulation.run(2.0)`; then `loads.joints` and
+        `loads.contacts` have peak, time of the peak, mean, rms and impulse of each component.
+        """
+        loads = Loads(self._model)
+        loads.watch(self._simulation)
+        return loads
+
+    def momentum(self) -> tuple[Vector3, Vector3]:
+        """Linear momentum (N s), and angular momentum about the world's origin (N m s), of dynamic bodies."""
+        linear, angular = self._core.momentum()
+        return tuple(linear), tuple(angular)  # type: ignore[return-value]
+
+    def mass_matrix(self) -> Array:
+        """M(q), (nv, nv), with the armatures of joints and tendons; of the tree, without loops."""
+        return self._model.tree.mass_matrix(self._core)
+
+    def bias_forces(self) -> Array:
+        """c(q, qd), (nv,): Coriolis, centrifugal and gravity forces, so that M qdd + c = tau (N, N m)."""
+        return self.inverse_dynamics(np.zeros(self._model.nv))
+
+    def inverse_dynamics(self, qdd: ArrayLike, *, passive: bool = False) -> Array:
+        """tau = M qdd + c, (nv,): what springs, dampers, motors, contacts and loads must add up to.
+
+        passive: without what springs, dampers and drag do of it, `passive_forces()`: what is left to motors,
+            contacts and loads, as `mj_inverse` of MuJoCo says.
+        """
+        tau = self._model.tree.inverse_dynamics(self._core, entries("qdd", qdd, self._model.nv))
+        return tau - self.passive_forces() if flag("passive", passive) else tau
+
+    def passive_forces(self) -> Array:
+        """The forces along qd, (nv,), of springs, dampers and the drag of the fluid at present (N, N m).
+
+        Those of joints and tendons, positive where they speed up qd, without dry friction, armature and
+        actuators. Raises InputError naming a joint that closes a loop with springs on several degrees of
+        freedom.
+        """
+        return passive_forces_of(self._core, self._model)
+
+    def generalised_forces(self, forces: ArrayLike, torques: ArrayLike | None = None) -> Array:
+        """The forces along qd, (nv,), of forces at the centres of mass and torques on bodies, (n, 3) each.
+
+        World axes; what `contact_forces()` returns, for example.
+        """
+        shape = (len(self._model.bodies), 3)
+        given = [
+            np.zeros(shape) if x is None else reals(name, x)
+            for name, x in (("forces", forces), ("torques", torques))
+        ]
+        for name, x in zip(("forces", "torques"), given, strict=True):
+            if x.shape != shape:
+                raise InputError(f"{name} has the shape {x.shape}; the model asks for {shape}")
+        return self._model.tree.generalised_forces(self._core, *given)
+
+    def gravity_compensation(self, *, joints: Iterable[str] | None = None, springs: bool = True) -> Array:
+        """The generalised forces, (nv,), that hold the present pose at rest against gravity (N, N m).
+
+        In the order of `qd`: bias_forces() without velocities, less what springs hold. Contacts and loads are
+        not in them.
+
+        joints: names of the coordinates or joints that hold it, the entries of all others are zero; the
+            smallest forces of those that do. None: all of them; where loops are closed, with the forces with
+            which the loops carry nothing. Closed loops carry the rest if joints are named.
+        springs: whether springs help; False: as if there were none.
+
+        Raises InputError naming what is not held by these joints, as a floating base, or who is not known.
+        """
+        still = self._core.copy()
+        still.linear_velocities[...] = still.angular_velocities[...] = 0.0
+        forces = self._model.tree.inverse_dynamics(still, np.zeros(self._model.nv))
+        if flag("springs", springs):
+            forces = forces - passive_forces_of(still, self._model)
+        return forces if joints is None else held_by(still, self._model, joints, forces)
 
 
-def tendon_table(core: _core.Simulation) -> Table:
-    return _core.tendon_rows(core).view(TENDONS)
-
-
-def actuator_table(core: _core.Simulation) -> Table:
-    return _core.actuator_rows(core).view(ACTUATORS)
-
-
-def tensions_of(model: Model, core: _core.Simulation, tendon: int | str) -> Array:
-    """See `Simulation.tensions`."""
-    index = model.tendon_index(tendon)
-    places = [_places(each) for each in model.tendons]
-    count = places[index]
-    if count == 0:
-        raise InputError(
-            f"tendon {shown(tendon)} has no friction on its path, so that it has one tension: read "
-            "tendon_efforts"
-        )
-    first = sum(places[:index])
-    half = core.rub_impulses.reshape(-1, 2)[first : first + count] / (core.impulse_step or 1.0)
-    # Both neighbours of a part see its tension; the earlier one is read.
-    return np.array([half[0, 0] + half[0, 1], *(half[:, 0] - half[:, 1])])
-
-
-def _places(tendon: Tendon) -> int:
-    return 1 if tendon.closed else sum(stop.friction > 0 for stop in tendon.path)
+def _reaction(time: float, row: Table) -> Reaction:
+    return Reaction(time, *(tuple(row[name].tolist()) for name in ("point", "force", "torque")))  # type: ignore[arg-type]

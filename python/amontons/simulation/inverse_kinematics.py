@@ -38,7 +38,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class IkSolution:
-    """The result of `Simulation.solve_ik`."""
+    """The result of `Simulation.kinematics.solve_ik`."""
 
     q: Array
     """(nq,): the nearest that was found, within the limits of joints"""

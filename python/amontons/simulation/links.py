@@ -21,7 +21,7 @@ MOVING = np.dtype(
         ("angular_velocity", np.float64, 3),
     ]
 )
-"""The fields of Simulation.sites and Simulation.links."""
+"""The fields of Simulation.kinematics.sites and Simulation.kinematics.links."""
 
 REACTIONS = np.dtype(
     [
@@ -32,7 +32,7 @@ REACTIONS = np.dtype(
         ("torque", np.float64, 3),
     ]
 )
-"""The fields of Simulation.link_reactions."""
+"""The fields of Simulation.forces.link_reactions."""
 
 
 def moving_frames(core: _core.Simulation, places: Places, which: slice = slice(None)) -> Table:

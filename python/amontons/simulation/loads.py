@@ -12,8 +12,8 @@ from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model, no_model
 from ..model.parts import WORLD
 from .determinacy import Determined, Pose, back, determined, rotate
-from .forces import WRENCH, WRENCH_UNITS
 from .outcome import Report, Table
+from .tables import WRENCH, WRENCH_UNITS
 
 OF_CONTACTS = ("normal", "friction", "fx", "fy", "fz")
 FIELDS = [
@@ -40,13 +40,9 @@ class Watched(Protocol):
     @property
     def state(self) -> Any: ...
     @property
-    def instant(self) -> Any: ...
+    def forces(self) -> Any: ...
     @property
     def contacts(self) -> Table: ...
-    @property
-    def joint_reactions(self) -> Table: ...
-    @property
-    def joint_efforts(self) -> Table: ...
     @property
     def _core(self) -> Any: ...
 
@@ -76,7 +72,7 @@ class Sums:
 
 
 class Loads:
-    """Loads of the joints and contacts of a model over a run; `Simulation.loads` makes one.
+    """Loads of the joints and contacts of a model over a run; `Simulation.forces.loads` makes one.
 
     Both tables have one row for each component. The fields are its name, component, unit, peak, time, mean,
     rms, impulse and determined. peak is the value of the largest size, with its sign; time is the start of
@@ -129,8 +125,8 @@ class Loads:
     def _after_step(self, simulation: Watched, report: Report) -> None:
         if simulation is not self._simulation:  # a copy, whose list holds the same function
             return
-        contacts, stops = simulation.contacts, simulation.joint_efforts["limit"] != 0
-        self.add(joint_values(simulation), contacts, simulation.instant.time, simulation.dt)
+        contacts, stops = simulation.contacts, simulation.forces.joint_efforts["limit"] != 0
+        self.add(joint_values(simulation), contacts, simulation.forces.instant.time, simulation.dt)
         if self.changed(contacts, stops):
             self._judge_now()
 
@@ -207,7 +203,7 @@ class Loads:
         return len(self._known) + self._pairs_known.size
 
     def __repr__(self) -> str:
-        return f"amontons.Loads({len(self._model.joints)} joints, {self._duration:g} s)"
+        return f"amontons.results.Loads({len(self._model.joints)} joints, {self._duration:g} s)"
 
 
 _WRENCH = tuple(zip(WRENCH, WRENCH_UNITS, strict=True))
@@ -243,7 +239,7 @@ def pose_of(simulation: Watched) -> Pose:
 
 def joint_values(simulation: Watched) -> Array:
     """Reactions in the axes of frames B and efforts of the last step, (6 joints + dofs,)."""
-    reactions, efforts = simulation.joint_reactions, simulation.joint_efforts
+    reactions, efforts = simulation.forces.joint_reactions, simulation.forces.joint_efforts
     wrenches = np.concatenate([reactions["force"], reactions["torque"]], axis=1)
     turned = in_frames_b(simulation.model, pose_of(simulation), wrenches, simulation.dt)
     sums = efforts["passive"] + efforts["motor"] + efforts["friction"] + efforts["limit"]

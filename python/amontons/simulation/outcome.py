@@ -74,7 +74,7 @@ class Report:
 
     @property
     def residual(self) -> float:
-        """Natural residual of `Simulation.problem()` at `Simulation.impulses`, under the simulation's law."""
+        """Natural residual of `Simulation.problem()` at `Simulation.forces.impulses`, under their law."""
         return self._core.residual
 
     @property

@@ -13,11 +13,11 @@ from ..model.coordinates import AXES
 from ..model.model import Model
 from ..model.parts import WORLD, Joint
 from ..model.transforms import Transform, rotate
-from .forces import tendon_table
+from .tables import tendon_table
 
 
 def passive_forces_of(core: _core.Simulation, model: Model) -> Array:
-    """See `Simulation.passive_forces`."""
+    """See `Simulation.forces.passive_forces`."""
     q, qd = model.tree.coordinates(core)
     forces = np.zeros(model.nv)
     in_tree = set()

@@ -19,9 +19,9 @@ from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .forces import actuator_table, contact_table, effort_table, reaction_table, tendon_table
 from .outcome import Table
 from .rays import cast_rays
+from .tables import actuator_table, contact_table, effort_table, reaction_table, tendon_table
 
 
 class UnknownSensor(InputError, KeyError):

@@ -10,8 +10,8 @@ import numpy as np
 from ..checks import Array
 from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model
-from .forces import WRENCH, WRENCH_UNITS, effort_table, reaction_table
 from .simulation import Simulation
+from .tables import WRENCH, WRENCH_UNITS, effort_table, reaction_table
 
 AXES = {3: ("x", "y", "z"), 4: ("qw", "qx", "qy", "qz")}
 """Names of the values of a sensor that has several."""
@@ -78,7 +78,7 @@ class Signals:
     - NAME.control of each actuator and motor, named as in `Model.control_names`.
     - NAME.effort of each actuator.
     - NAME.fx, .fy, .fz (N), .tx, .ty, .tz (N m) of each joint and link: its reaction in world axes, as in
-      `Simulation.joint_reactions` and `link_reactions`.
+      `Simulation.forces.joint_reactions` and `link_reactions`.
     - NAME, or NAME.x, .y, .z of each sensor.
 
     Efforts and reactions are means over the last step.
@@ -110,7 +110,7 @@ class Signals:
         core, model = simulation._core, simulation.model
         step = core.impulse_step or 1.0  # no impulses before the first step
         parts = [effort_table(core)["motor"][self._driven], core.controls, core.actuator_impulses / step]
-        tables = [reaction_table(core), *([simulation.link_reactions] if model.links else [])]
+        tables = [reaction_table(core), *([simulation.forces.link_reactions] if model.links else [])]
         parts += [np.concatenate([table["force"], table["torque"]], axis=1).ravel() for table in tables]
         if model.sensors:
             parts.append(simulation.sensors.array)

@@ -3,43 +3,42 @@
 from __future__ import annotations
 
 import copy
-import logging
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .. import _core, watching
-from ..checks import Array, Vector3, chosen, flag, function, option, suggestion
-from ..errors import InputError, ModelWarning, SimulationError, StepWarning
+from .. import _core
+from ..checks import Array, chosen, flag, function, number, option, suggestion
+from ..errors import InputError, ModelWarning
 from ..guidance import guided
 from ..hooks import hook
 from ..model.model import Model, no_model
+from ..model.presets import Keyframe
 from ..problem.options import OPTION_TERMS
 from ..problem.problem import Problem
-from ..visible import visible
-from .acting import Acting
-from .analysis import Analysis
-from .forces import (
-    actuator_table,
-    contact_sums,
-    contact_table,
-    effort_table,
-    reaction_table,
-    tendon_table,
-    tensions_of,
-)
-from .loads import Loads
+from .analysis import derivative_of_last, linear_model
+from .coordinates import Values, read_only, spread
+from .derivative import Derivative
+from .driving import checked_controls, put_keyframe
+from .events import ContactEvents, contact_events
+from .forces import Forces
+from .kinematics import Kinematics
+from .linearise import Linearisation
 from .options import core_options
 from .outcome import Report, Table
 from .own_method import OwnMethod
+from .sensors import Plan, Readings, plan_of
+from .sensors import read as read_sensors
 from .state import State
+from .tables import contact_table
+from .verdict import check_steps
 
-logger = logging.getLogger(__name__)
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 BeforeStep = Callable[["Simulation"], object]
 AfterStep = Callable[["Simulation", Report], object]
@@ -69,11 +68,11 @@ def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
     raise NotImplementedError("import amontons.viewer, which shows simulations")
 
 
-class Simulation(Acting, Analysis):
+class Simulation:
     """A model and its state, advanced in time steps, each one variational inequality.
 
     dt: time step (s). law: "coulomb" or "associated". method, tolerance, max_iterations, threads: of the
-    solve of each step, as in `amontons.solve`.
+    solve of each step, as in `amontons.vi.solve`.
     method: or a function (problem, x0, options) -> x of the Problem of a step, a start (m,) in K and
     `SolveOptions`, which returns impulses (m,). Our residual judges x: where it misses the tolerance the step
     did not converge and ends with the safe step, as with every method. x that is not finite counts as zero.
@@ -108,6 +107,8 @@ class Simulation(Acting, Analysis):
     _after_run: AfterStep | None = None
     """what `run` was given"""
 
+    _plan: Plan | None = None
+    """how the sensors are read, made when they are first"""
     _apart: float = 0.0
     """The error of a joint (m) about which the last warning was given."""
 
@@ -212,7 +213,7 @@ class Simulation(Acting, Analysis):
         self._call(self.before_step, self._before_run)
         self._contacts = None
         core = self._core.step()
-        self._check(core, 1, core.residual, stacklevel=3)
+        check_steps(self, core, 1, core.residual, stacklevel=3)
         report = Report(core)
         self._ended = self._call(self.after_step, self._after_run, report)
         return report
@@ -248,59 +249,6 @@ class Simulation(Acting, Analysis):
             made.append(self._core.step())
             self._ended = made[-1].advanced and self._call(self.after_step, after_step, Report(made[-1]))
         return made
-
-    def _check(self, last: _core.Report, steps: int, residual: float, stacklevel: int) -> None:
-        """After some steps, of which only the last can have failed: what `on_failure` says of it."""
-        if not last.advanced:
-            raise SimulationError(
-                f"the velocities at t = {self.time:g} s came out not finite, or beyond 1e15 m/s "
-                f"({last.status}); the state is that before the step. Look for loads or speeds out of any "
-                "proportion, or make dt smaller"
-            )
-        if logger.isEnabledFor(logging.DEBUG):
-            logger.debug(
-                "t = %g s: %s, residual %.1e, %d iterations, %d contacts",
-                *(last.time, last.status, residual, last.iterations, last.contacts),
-            )
-        usual = last.is_usual(self._model.length)
-        counted = watching.saw(residual, steps=steps, missed=not usual and not last.is_sound)
-        if usual:
-            return
-        on_failure = self._options["on_failure"]
-        if on_failure != "ignore":
-            self._check_joints(last, stacklevel + 1)
-        if last.is_sound or on_failure == "ignore" or (counted and on_failure == "warn"):
-            return
-        if not last.balanced:
-            what = f"gained {last.energy_balance:.3g} J from nothing"
-        elif last.residual > self._options["tolerance"]:
-            what = (
-                f"has a residual of {last.residual:.2e}, above the tolerance {self._options['tolerance']:g}"
-            )
-        else:  # of the whole; beside heavy bodies it does not see light ones
-            what = f"leaves light bodies with wrong velocities, at a residual of {last.residual:.2e}"
-        message = f"the step to t = {last.time:g} s {what} ({last.method}: {last.status})"
-        if on_failure == "raise":
-            self._core.restore_last()
-            raise SimulationError(
-                f"{message}; the state is that before the step. Allow max_substeps, more iterations or a "
-                "looser tolerance"
-            )
-        warnings.warn(message, StepWarning, stacklevel=stacklevel)
-
-    def _check_joints(self, last: _core.Report, stacklevel: int) -> None:
-        """Warn about a joint that stays apart by more than Model.length / 1000; again at twice the error."""
-        length = self._model.length
-        error = max(last.joint_error, length * last.joint_angle_error)
-        if last.joints_close or last.worst_joint < 0 or error <= max(length / 1000, 2 * self._apart):
-            return
-        self._apart = error
-        name = visible(self._model.joint_names[last.worst_joint])
-        message = (
-            f'joint "{name}" is apart by {error:.2g} m at t = {last.time:g} s (angles times Model.length): '
-            "its constraints contradict others, or dt is too long for the motion"
-        )
-        warnings.warn(message, StepWarning, stacklevel=stacklevel)
 
     def run(
         self,
@@ -339,7 +287,7 @@ class Simulation(Acting, Analysis):
         self._contacts = None
         while True:  # between two parts Python looks at signals
             part = self._core.run(steps, PATIENCE)
-            self._check(part.report, part.steps, part.residual, stacklevel=4)
+            check_steps(self, part.report, part.steps, part.residual, stacklevel=4)
             steps -= part.steps
             if steps <= 0:
                 return Report(part.report)
@@ -352,83 +300,199 @@ class Simulation(Acting, Analysis):
         return self._contacts
 
     @property
-    def joint_reactions(self) -> Table:
-        """Force (N) and torque (N m) of each joint's locked directions on its body A, world axes.
-
-        Fields: joint, body_a, body_b, point (m, where A held the joint at the start of the step; the torque
-        is about it), force, torque. Impacts are in them; what acts along the free directions is in
-        `joint_efforts`.
-        """
-        return reaction_table(self._core)
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return self._core.time
 
     @property
-    def joint_efforts(self) -> Table:
-        """Efforts along each degree of freedom in the last step (N or N m), and its coordinate.
+    def q(self) -> Array:
+        """Generalised coordinates, (nq,), of the present poses; read only, assign a whole array to set them.
 
-        Fields: joint, dof, coordinate, control (of its motor, NaN without one), passive (spring, damper and
-        armature), motor (with the actuators on it), friction, limit. The coordinate is that of the instant to
-        which efforts belong, the start of the step (`instant`).
+        In the order of `Model.coordinates`: of hinges and slides rad and m, of a floating base the position
+        of its body frame and its orientation (w, x, y, z), of a ball the rotation (w, x, y, z).
         """
-        return effort_table(self._core)
+        return read_only(self._model.tree.coordinates(self._core)[0])
+
+    @q.setter
+    def q(self, values: ArrayLike) -> None:
+        self.set_q(values)
 
     @property
-    def tendon_efforts(self) -> Table:
-        """Forces along each tendon in the last step (N, N m), and its present length.
+    def qd(self) -> Array:
+        """Generalised velocities, (nv,); read only, assign a whole array to set them.
 
-        Fields: tendon, length (m, or the unit of its joints), rate, passive (spring, damper and armature),
-        friction, limit; efforts are positive where they lengthen it. Actuators are in `actuator_efforts`.
+        Hinges and slides: rad/s and m/s. Floating base: the velocity of its frame's origin in world axes,
+        then its angular velocity in body axes. Ball: the angular velocity in the axes of body A.
         """
-        return tendon_table(self._core)
+        return read_only(self._model.tree.coordinates(self._core)[1])
 
-    def tensions(self, tendon: int | str) -> Array:
-        """Tensions (N) of the parts of a rope with friction on its path in the last step, (places + 1,).
-
-        The places are those of its path with friction, in their order; a belt has two parts. A tension is
-        positive where the rope pulls; a slack rope has none. InputError for a tendon without friction on its
-        path: `tendon_efforts` has its forces.
-        """
-        return tensions_of(self.model, self._core, tendon)
+    @qd.setter
+    def qd(self, values: ArrayLike) -> None:
+        self.set_qd(values)
 
     @property
-    def actuator_efforts(self) -> Table:
-        """Effort of each actuator in the last step, and its present length.
+    def qdd(self) -> Array:
+        """Generalised accelerations, (nv,): the change of qd over the last step, by dt; zeros before it."""
+        return read_only(self._model.tree.rates(self._core))
 
-        Fields: actuator, control, activation, length, rate (of its transmission, gear included), effort (N,
-        N m).
+    def set_q(self, values: Values) -> None:
+        """Move the bodies to coordinates, all of them (nq,) or some by name: {"hip": 0.3}.
+
+        Bodies go where the tree of joints puts them; qd stays. Quaternions are normalised. Where joints close
+        loops or are coupled, the coordinates that were not named follow, as little as it takes; of an array
+        all may. Raises InputError naming the joint and its gap if a loop does not close, or the coordinate
+        that is not finite; nothing has changed then.
         """
-        return actuator_table(self._core)
+        q, held = spread(self._core, self._model, values, "q")
+        self._model.tree.set_q(self._core, q, held)
 
-    def loads(self) -> Loads:
-        """Collect the loads of joints and contacts from the next step on: `Loads`, until its stop().
-
-        Usable as `with simulation.loads() as loads: simulation.run(2.0)`; then `loads.joints` and
-        `loads.contacts` have peak, time of the peak, mean, rms and impulse of each component.
-        """
-        loads = Loads(self._model)
-        loads.watch(self)
-        return loads
-
-    def contact_forces(self) -> tuple[Array, Array]:
-        """Sums over the contacts of each body in the last step: forces (n, 3) (N) and torques (n, 3) (N m).
-
-        Torques are about the centres of mass, in world axes.
-        """
-        return contact_sums(self._core, self.contacts, len(self._model.bodies))
+    def set_qd(self, values: Values) -> None:
+        """Set generalised velocities, all of them (nv,) or some by name; as `set_q`, and poses stay."""
+        qd, held = spread(self._core, self._model, values, "qd")
+        self._model.tree.set_qd(self._core, qd, held)
 
     @property
-    def impulses(self) -> Array:
-        """The solution x of the last step's problem, in the order and the units of its rows (N s, N m s)."""
-        core = self._core.problem
-        if core is None or not core.has_moments:
-            return self._core.impulses
-        return self.problem()._from_units(self._core.impulses)
+    def controls(self) -> Array:
+        """The controls of all actuators, then of all motors, in the order of `Model.control_names`.
+
+        Read only, assign a whole array; each is clipped to its `Model.control_limits`. The control of a motor
+        is its effort (N, N m), velocity (m/s, rad/s) or position (m, rad).
+        """
+        return read_only(self._state.controls.copy())
+
+    @controls.setter
+    def controls(self, values: ArrayLike) -> None:
+        self._state.controls = checked_controls(self._model, values)
+
+    def set_control(self, control: int | str, value: float) -> None:
+        """Set one of `controls`, of an actuator or motor by index or name, clipped to its limits.
+
+        The motor of a joint has the joint's name; see `Model.control_names`. InputError for a joint without a
+        motor says how it gets one.
+        """
+        index = self._model.control_index(control)
+        lower, upper = self._model.control_limits[index]
+        self._state.controls[index] = min(max(number("control", value), lower), upper)
+
+    def apply_keyframe(self, keyframe: int | str | Keyframe) -> None:
+        """Put bodies, coordinates and controls as a keyframe says, loads to zero; time goes on.
+
+        keyframe: a name or number of `Model.keyframes`, or a Keyframe of as many bodies and coordinates.
+        """
+        if not isinstance(keyframe, Keyframe):
+            keyframe = self._model.keyframes[self._model.keyframe_index(keyframe)]
+        put_keyframe(self._core, self._state, self._model, keyframe)
+
+    def reset(
+        self, keyframe: int | str | None = None, *, q: Values | None = None, qd: Values | None = None
+    ) -> None:
+        """Set the initial state of the model or a keyframe, and then q and qd where they are given.
+
+        Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
+        simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
+        """
+        index = None if keyframe is None else self._model.keyframe_index(keyframe)
+        before = self._core.copy()
+        self._core.reset()
+        self._contacts = None
+        try:
+            if index is not None:
+                self.apply_keyframe(index)
+                self._core.set_time(self._model.keyframes[index].time)
+            if q is not None:
+                self.set_q(q)
+            if qd is not None:
+                self.set_qd(qd)
+        except InputError:
+            self._core.assign(before)
+            raise
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """Where everything is at present: joints, links, sites, Jacobians, rays, inverse kinematics."""
+        return Kinematics(self)
+
+    @property
+    def forces(self) -> Forces:
+        """Efforts, reactions and impulses of the last step, and the equations of motion along qd."""
+        return Forces(self)
+
+    @property
+    def sensors(self) -> Readings:
+        """Present readings of the sensors: arrays by name, and all of them as `array`.
+
+        Forces and accelerations are means over the last step. docs/models.md lists the kinds.
+        """
+        if self._plan is None:
+            self._plan = plan_of(self._model)
+        return read_sensors(self._core, self._model, self._plan, self.qdd)
+
+    @property
+    def contact_events(self) -> ContactEvents:
+        """The pairs of geoms that began to carry a contact force in the last step, and those that ceased to.
+
+        (began, ended), arrays with the fields body_a, body_b, geom_a, geom_b, link_a, link_b of `contacts`.
+        They compare the last step with the one before it; impacts count. After reset(), load() and unpickling
+        every pair that touches begins. Nothing began or ended in a step that failed.
+        """
+        return contact_events(self._core, self._model)
+
+    def linearise(
+        self,
+        *,
+        inputs: str = "controls",
+        contacts: str = "free",
+        tolerance: float = 1e-10,
+        threads: int | None = None,
+    ) -> Linearisation:
+        """A and B of one time step: the state after it as a linear function of state and inputs before it.
+
+        By central differences, each a step of a copy; the copies run side by side. `Linearisation` describes
+        the state and the inputs, their order and units. Functions of before_step and after_step are not
+        called. Each changed state is the nearest one with closed loops.
+
+        inputs: "controls", of actuators and motors, or "joint_forces", generalised forces along qd.
+        contacts: "free": each changed step finds its own contacts. Where contacts begin, end or start to
+            slide there is no derivative: the numbers then belong to a change of 1e-6, `kinks` names the
+            states, and a StepWarning says so. "held": contacts, limits and drives stay open, stick, slide or
+            stay at a bound as in the step from here, which is what a feedback about a stance needs.
+        tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a
+            time, by default one per core; the result does not depend on it.
+
+        Raises SimulationError if a step fails, InputError naming the argument.
+        """
+        return linear_model(self, inputs, contacts, tolerance, threads)
+
+    def derivative(
+        self,
+        *,
+        parameters: Iterable[str] = (),
+        inputs: str = "controls",
+        tolerance: float = 1e-11,
+        threads: int | None = None,
+    ) -> Derivative:
+        """The derivative of the step just made, on the faces of its solution: `Derivative`.
+
+        Its rows are the state after the step, its columns state, inputs and parameters before it. Contacts,
+        limits, dry friction and bounds of drives stay as they are in the step (open, stick, slide, at a
+        bound). `differentiable` says whether that is the derivative of the step itself, `margin` how far the
+        next border is. The state does not change, and functions of before_step and after_step are not called.
+
+        parameters: names as "friction:foot", "mass:link2", "damping:elbow", "armature:*", "gain:servo": a
+            quantity of `Model.with_` and a name or pattern; of a pattern all change together.
+        inputs: "controls" or "joint_forces", as they were during the step.
+        tolerance: to which the step is solved again first, if it can be: redundant joints allow less.
+
+        Raises InputError before the first step, or naming the argument; SimulationError if a step fails.
+        """
+        return derivative_of_last(self, inputs, parameters, tolerance, threads)
 
     def problem(self) -> Problem:
         """The variational inequality of the last step (of its last substep); InputError before the first.
 
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
         there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
-        is that of the simulation: `sim.problem().residual(sim.impulses)` is what the report says.
+        is that of the simulation: `sim.problem().residual(sim.forces.impulses)` is what the report says.
         """
         core = self._core.problem
         if core is None:
@@ -439,11 +503,6 @@ class Simulation(Acting, Analysis):
             description=f"t = {self.time:g} s, dt = {self.dt:g} s, law {self._options['law']}",
             source="amontons.Simulation",
         )
-
-    def momentum(self) -> tuple[Vector3, Vector3]:
-        """Linear momentum (N s), and angular momentum about the world's origin (N m s), of dynamic bodies."""
-        linear, angular = self._core.momentum()
-        return tuple(linear), tuple(angular)  # type: ignore[return-value]
 
     def change_options(self, **options: Any) -> None:
         """Give options of the simulation (dt, law, method, tolerance, ...) other values; the state stays.
@@ -558,3 +617,13 @@ class Simulation(Acting, Analysis):
 
     def __repr__(self) -> str:
         return f"amontons.Simulation({self._model!r}, t = {self.time:g} s, dt = {self.dt:g} s)"
+
+    if not TYPE_CHECKING:  # checkers of types know which names there are
+
+        def __getattr__(self, name: str) -> Any:
+            """Only for names that are not there: those of earlier versions say where they are now."""
+            for part in (Kinematics, Forces):
+                if not name.startswith("_") and hasattr(part, name):
+                    where = part.__name__.lower()
+                    raise AttributeError(f"simulation.{name} is now simulation.{where}.{name}")
+            raise AttributeError(f"a simulation has no attribute {name!r}{suggestion(name, dir(self))}")

@@ -109,7 +109,7 @@ class Fit:
             f"{name} = {value:.4g} +- {spread:.1g}"
             for name, value, spread in zip(self.parameters, self.values, self.deviations, strict=True)
         )
-        return f"amontons.Fit({found}; error {self.error:.2g}, held out {self.held_out:.2g})"
+        return f"amontons.results.Fit({found}; error {self.error:.2g}, held out {self.held_out:.2g})"
 
 
 def identify(

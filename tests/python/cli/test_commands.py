@@ -129,7 +129,7 @@ def test_compare(tmp_path):
     assert "convergence.png" in result.stdout
     with open(folder / "summary.csv") as file:
         summary = list(csv.DictReader(file))
-    expected = set(amontons.methods())
+    expected = set(amontons.vi.methods())
     for problem in ("block_on_incline", "lattice"):
         assert {row["method"] for row in summary if row["problem"] == problem} == expected
     refused = {row["method"] for row in summary if row["status"] == "not applicable"}
@@ -192,14 +192,14 @@ def test_spectrum():
     Q = np.linalg.qr(np.random.default_rng(0).normal(size=(30, 30)))[0]
     values = np.r_[np.zeros(10), np.linspace(1e-3, 5, 20)]
     A = (Q * values) @ Q.T
-    s = spectrum(amontons.Problem((A + A.T) / 2, np.zeros(30), "bilateral"))
+    s = spectrum(amontons.vi.Problem((A + A.T) / 2, np.zeros(30), "bilateral"))
     assert s.exact
     assert s.rank == 20
     assert s.largest == pytest.approx(5)
     assert s.smallest_nonzero == pytest.approx(1e-3, rel=1e-6)
     assert s.condition == pytest.approx(5e3, rel=1e-6)
     # Both sides of D M^-1 D' have the same nonzero eigenvalues.
-    problem = amontons.read_problem(WALL)
+    problem = amontons.vi.read_problem(WALL)
     dense = np.linalg.eigvalsh(problem.A.to_sparse().toarray())
     found = spectrum(problem)
     assert found.largest == pytest.approx(dense[-1])
@@ -212,7 +212,7 @@ def test_spectrum_of_large_matrices():
     from amontons.report.spectrum import spectrum
 
     values = np.r_[np.zeros(1500), np.linspace(1, 100, 3000)]
-    s = spectrum(amontons.Problem(sp.diags_array(values), np.zeros(4500), "bilateral"))
+    s = spectrum(amontons.vi.Problem(sp.diags_array(values), np.zeros(4500), "bilateral"))
     assert not s.exact
     assert s.rank == pytest.approx(3000, rel=0.05)
     assert s.largest == pytest.approx(100, rel=0.01)
@@ -222,7 +222,7 @@ def test_spectrum_of_large_matrices():
 def test_info_of_the_smallest_problems(tmp_path):
     for n in (0, 3):
         path = tmp_path / "p.hdf5"
-        amontons.Problem(np.eye(n), np.ones(n), "friction", mu=0.1).write(path)
+        amontons.vi.Problem(np.eye(n), np.ones(n), "friction", mu=0.1).write(path)
         assert run("info", path).exit_code == 0
     with h5py.File(path, "a") as file:
         del file["fclib_local/info"]

@@ -25,7 +25,7 @@ def test_texts(option, tmp_path, monkeypatch):
     sim = amontons.Simulation(scenes.make("stack", boxes=1))
     with amontons.record("run.h5", sim) as recorder:
         recorder.add(sim.step())
-    amontons.Problem(np.eye(3), [-1.0, 0.1, 0.2], "friction", mu=0.3).write("p.npz")
+    amontons.vi.Problem(np.eye(3), [-1.0, 0.1, 0.2], "friction", mu=0.3).write("p.npz")
     for text in ODD:
         result = CliRunner().invoke(cli.app, [*option.split(), text])
         assert isinstance(result.exception, SystemExit | None), (text[:20], result.exception)
@@ -38,6 +38,6 @@ def test_texts(option, tmp_path, monkeypatch):
 )
 def test_devices(device):
     with pytest.raises(amontons.InputError, match="device"):
-        amontons.solve(np.eye(3), [-1.0, 0.1, 0.2], "friction", mu=0.3, device=device)
+        amontons.vi.solve(np.eye(3), [-1.0, 0.1, 0.2], "friction", mu=0.3, device=device)
     with pytest.raises(amontons.InputError, match="device"):
         amontons.Simulation(scenes.make("stack", boxes=1), device=device)

@@ -33,7 +33,7 @@ assert len(amontons.read_recording("arch.h5")) == 4
 simulation.save("saved.h5")
 assert amontons.Simulation.load("saved.h5").time == simulation.time
 simulation.problem().write("step.hdf5")
-assert amontons.read_problem("step.hdf5").solve().converged
+assert amontons.vi.read_problem("step.hdf5").solve().converged
 assert amontons.render(simulation, (32, 24)).shape == (24, 32, 3)
 """,
         tmp_path,

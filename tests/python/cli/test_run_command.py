@@ -241,7 +241,7 @@ def test_export_one_step(tmp_path):
     sim = amontons.Simulation(scenes.make("stack", boxes=2), dt=0.004)
     sim.run(0.02)
     for path in (by_step, by_time):
-        problem = amontons.read_problem(path)
+        problem = amontons.vi.read_problem(path)
         assert "step 5" in problem.name
         assert problem.contacts == len(sim.contacts) == 8
         np.testing.assert_allclose(problem.b, sim.problem().b, atol=1e-14)
@@ -260,7 +260,7 @@ def test_export_when_touched(tmp_path):
     result = run("export", tmp_path / "s.h5", "--touch", "ball", "-o", tmp_path / "a.hdf5")
     assert result.exit_code == 0, result.output
     assert "t = 0.14 s" in result.stdout or "t = 0.15 s" in result.stdout
-    assert amontons.read_problem(tmp_path / "a.hdf5").contacts == 1
+    assert amontons.vi.read_problem(tmp_path / "a.hdf5").contacts == 1
     sim.state.positions[0, 2] = 1000
     sim.save(tmp_path / "high.h5")
     result = run("export", tmp_path / "high.h5", "--touch", "ball", "-o", tmp_path / "b.hdf5")
@@ -284,7 +284,7 @@ def test_export_from_a_saved_state(tmp_path):
     run("run", "stack", "--set", "boxes=2", "--duration", "0.02", "--save", saved)
     assert run("export", saved, "--step", "1", "-o", later).exit_code == 0
     assert run("export", "stack", "--set", "boxes=2", "--step", "5", "-o", direct).exit_code == 0
-    np.testing.assert_array_equal(amontons.read_problem(later).b, amontons.read_problem(direct).b)
+    np.testing.assert_array_equal(amontons.vi.read_problem(later).b, amontons.vi.read_problem(direct).b)
 
 
 # Breaks when a step that FCLIB cannot hold (limits of a joint) ends in a traceback, or .npz cannot hold it.
@@ -298,7 +298,7 @@ def test_export_of_joint_limits(tmp_path):
     assert result.exit_code == 2
     assert "write the problem as .npz" in result.stderr
     assert run("export", tmp_path / "s.h5", "--step", "1", "-o", tmp_path / "a.npz").exit_code == 0
-    assert amontons.read_problem(tmp_path / "a.npz").rows > 5
+    assert amontons.vi.read_problem(tmp_path / "a.npz").rows > 5
 
 
 # Breaks when the command refuses a kind of model file that load_model reads.

@@ -106,12 +106,14 @@ def test_memory_is_needed(monkeypatch):
 
 # Breaks when a problem that the passes do not know is solved wrongly, or on the CPU in silence.
 def test_other_problems_are_refused():
-    sparse = amontons.Problem(np.eye(3), np.ones(3), "friction", mu=0.5)
+    sparse = amontons.vi.Problem(np.eye(3), np.ones(3), "friction", mu=0.5)
     with pytest.raises(amontons.InputError, match="passes know bodies"):
         sparse.solve(method="apgd", device="numpy")
     assert sparse.solve(method="gauss-seidel", device="numpy").device == "cpu"
-    A = amontons.Contacts([1.0], np.eye(3)[None], [0], [-1], [[0, 0, -1]], [[0, 0, 0]], [[0, 0, 1]], rows=4)
-    rolling = amontons.Problem(A, -np.ones(4), [amontons.EllipticFriction(0.5, torsion=0.1)])
+    A = amontons.vi.Contacts(
+        [1.0], np.eye(3)[None], [0], [-1], [[0, 0, -1]], [[0, 0, 0]], [[0, 0, 1]], rows=4
+    )
+    rolling = amontons.vi.Problem(A, -np.ones(4), [amontons.vi.EllipticFriction(0.5, torsion=0.1)])
     with pytest.raises(amontons.InputError, match="passes know bodies"):
         rolling.solve(device="numpy")
 

@@ -25,7 +25,7 @@ def test_numpy_is_the_cpu(name, method, law):
 
 
 class Intervals:
-    """Another iterate: dense A and one interval per row, in the words of amontons.Iterate."""
+    """Another iterate: dense A and one interval per row, in the words of amontons.vi.Iterate."""
 
     def __init__(self, A, b, low, high, P):
         self.A, self.b, self.low, self.high, self.P = A, b, low, high, P
@@ -101,11 +101,11 @@ def bounded(n=40, seed=2):
     root = rng.normal(size=(n, n + 2))
     A, b = root @ root.T / n, rng.normal(size=n)
     low, high = np.full(n, -0.3), np.full(n, 0.5)
-    problem = amontons.Problem(A, b, [amontons.Interval(low, high)])
+    problem = amontons.vi.Problem(A, b, [amontons.vi.Interval(low, high)])
     return problem, Intervals(A, b, low, high, problem.P)
 
 
-# Breaks when an object with the passes of amontons.Iterate, and nothing else, is not enough for a method.
+# Breaks when an object with the passes of amontons.vi.Iterate, and nothing else, is not enough for a method.
 @pytest.mark.parametrize("method", ["auto", *METHODS])
 def test_an_iterate_of_ones_own(method):
     problem, iterate = bounded()

@@ -18,8 +18,8 @@ GLOBAL = "fclib_global"
 def local(tmp_path):
     """A good local file with bilateral rows, to be spoilt."""
     path = tmp_path / "local.hdf5"
-    cones = [amontons.Friction([0.3, 0.5]), amontons.Bilateral(2)]
-    amontons.Problem(random_spd(8), np.ones(8), cones).write(path, storage="csr")
+    cones = [amontons.vi.Friction([0.3, 0.5]), amontons.vi.Bilateral(2)]
+    amontons.vi.Problem(random_spd(8), np.ones(8), cones).write(path, storage="csr")
     return path
 
 
@@ -40,7 +40,7 @@ def replace(path, changes):
 
 def fails(path, message):
     with pytest.raises(amontons.FileError, match=message) as caught:
-        amontons.read_problem(path)
+        amontons.vi.read_problem(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -95,7 +95,7 @@ def test_local_file(changes, message, local):
 )
 def test_rolling_file(changes, message, tmp_path):
     path = tmp_path / "rolling.hdf5"
-    amontons.Problem(random_spd(10), np.ones(10), amontons.RollingFriction(0.3, 0.1, n=2)).write(path)
+    amontons.vi.Problem(random_spd(10), np.ones(10), amontons.vi.RollingFriction(0.3, 0.1, n=2)).write(path)
     replace(path, {f"fclib_local_rolling/{name}": value for name, value in changes.items()})
     fails(path, message)
 
@@ -103,7 +103,7 @@ def test_rolling_file(changes, message, tmp_path):
 # Breaks when rows of three are cut into contacts of five.
 def test_rolling_file_of_other_rows(tmp_path):
     path = tmp_path / "rolling.hdf5"
-    amontons.Problem(random_spd(9), np.ones(9), "friction", mu=0.3).write(path)
+    amontons.vi.Problem(random_spd(9), np.ones(9), "friction", mu=0.3).write(path)
     with h5py.File(path, "a") as file:
         file.move("fclib_local", "fclib_local_rolling")
     replace(path, {"fclib_local_rolling/spacedim": [5]})
@@ -198,7 +198,7 @@ def equal(p, q):
 # Breaks when a file whose structure was overwritten gives another exception, or a problem that is not the one
 # that was written. (Padding and the title may be hit without harm. Numbers carry no mark and are left alone.)
 def test_damaged_file(body):
-    good, data, values = amontons.read_problem(body), body.read_bytes(), numbers(body)
+    good, data, values = amontons.vi.read_problem(body), body.read_bytes(), numbers(body)
     rng = np.random.default_rng(0)
     outcomes = Counter()
     while outcomes.total() < 60:
@@ -207,7 +207,7 @@ def test_damaged_file(body):
             continue
         body.write_bytes(data[:start] + rng.bytes(64) + data[start + 64 :])
         try:
-            outcomes["equal" if equal(amontons.read_problem(body), good) else f"other {start}"] += 1
+            outcomes["equal" if equal(amontons.vi.read_problem(body), good) else f"other {start}"] += 1
         except amontons.FileError:
             fails(body, r"body\.hdf5: \S")
             outcomes["refused"] += 1
@@ -217,12 +217,12 @@ def test_damaged_file(body):
 # Breaks when a path that cannot be a problem gives something else than a short sentence.
 def test_paths(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"gone\.hdf5: no such file"):
-        amontons.read_problem(tmp_path / "gone.hdf5")
+        amontons.vi.read_problem(tmp_path / "gone.hdf5")
     with pytest.raises(amontons.FileError, match="is a directory"):
-        amontons.read_problem(tmp_path)
+        amontons.vi.read_problem(tmp_path)
     (tmp_path / "p.xml").write_text("")
     fails(tmp_path / "p.xml", "unknown kind of file; known suffixes are .hdf5")
-    problem = amontons.Problem(*one_contact())
+    problem = amontons.vi.Problem(*one_contact())
     with pytest.raises(amontons.FileError, match="unknown kind of file"):
         problem.write(tmp_path / "p.xml")
     with pytest.raises(amontons.FileError, match=r"the folder .* does not exist; make it first"):
@@ -233,18 +233,34 @@ def test_paths(tmp_path):
 @pytest.mark.parametrize(
     ("cones", "options", "message"),
     [
-        ([amontons.NonNegative(3)], {}, "FCLIB cannot hold NonNegative rows; write the problem as .npz"),
-        ([amontons.Interval([0] * 3, 1)], {}, "FCLIB cannot hold Interval rows; write the problem as .npz"),
-        ([amontons.Bilateral(3), amontons.Friction(0.1)], {}, "friction cones before bilateral rows; .*npz"),
-        ([amontons.Friction(0.1)], {"storage": "bsr"}, "unknown storage 'bsr'; known are csc, csr, triplet"),
-        ([amontons.Friction(0.1)], {"form": "dual"}, "unknown form 'dual'; known are auto, global, local"),
-        ([amontons.Friction(0.1)], {"form": "global"}, "global form needs a factored operator"),
-        ([amontons.Friction(0.1)], {"solution": [1.0]}, "solution has 1 entries but the problem has 3 rows"),
+        ([amontons.vi.NonNegative(3)], {}, "FCLIB cannot hold NonNegative rows; write the problem as .npz"),
+        (
+            [amontons.vi.Interval([0] * 3, 1)],
+            {},
+            "FCLIB cannot hold Interval rows; write the problem as .npz",
+        ),
+        (
+            [amontons.vi.Bilateral(3), amontons.vi.Friction(0.1)],
+            {},
+            "friction cones before bilateral rows; .*npz",
+        ),
+        (
+            [amontons.vi.Friction(0.1)],
+            {"storage": "bsr"},
+            "unknown storage 'bsr'; known are csc, csr, triplet",
+        ),
+        ([amontons.vi.Friction(0.1)], {"form": "dual"}, "unknown form 'dual'; known are auto, global, local"),
+        ([amontons.vi.Friction(0.1)], {"form": "global"}, "global form needs a factored operator"),
+        (
+            [amontons.vi.Friction(0.1)],
+            {"solution": [1.0]},
+            "solution has 1 entries but the problem has 3 rows",
+        ),
     ],
 )
 def test_what_fclib_cannot_hold(cones, options, message, tmp_path):
     n = sum(cone.rows for cone in cones)
-    problem = amontons.Problem(np.eye(n), np.ones(n), cones)
+    problem = amontons.vi.Problem(np.eye(n), np.ones(n), cones)
     with pytest.raises(amontons.InputError, match=message):
         problem.write(tmp_path / "p.hdf5", **options)
     assert list(tmp_path.iterdir()) == []
@@ -255,7 +271,7 @@ def test_what_fclib_cannot_hold(cones, options, message, tmp_path):
 def test_a_function_cannot_be_written(suffix, tmp_path):
     from scipy.sparse.linalg import aslinearoperator
 
-    problem = amontons.Problem(aslinearoperator(np.eye(3)), np.ones(3), "friction", mu=0.1)
+    problem = amontons.vi.Problem(aslinearoperator(np.eye(3)), np.ones(3), "friction", mu=0.1)
     with pytest.raises(amontons.FileError, match="A is a function without a matrix; form the matrix"):
         problem.write(tmp_path / f"p{suffix}")
     assert list(tmp_path.iterdir()) == []

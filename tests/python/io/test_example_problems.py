@@ -10,7 +10,7 @@ WEIGHT = 9.81 * generator.STEP  # impulse of the weight of 1 kg in one step (N s
 
 
 def read(name):
-    return amontons.read_problem(EXAMPLES / f"{name}.hdf5")
+    return amontons.vi.read_problem(EXAMPLES / f"{name}.hdf5")
 
 
 # Breaks when the generator changes and the files do not (run tools/make_example_problems.py).

@@ -54,7 +54,7 @@ def test_global_problems_are_factored(path):
     form, raw = read_raw(path)
     problem = read_quietly(path)
     bodies = form == "fclib_global" and "CubeH8" not in path.stem
-    assert isinstance(problem.A, amontons.Factored) == bodies
+    assert isinstance(problem.A, amontons.vi.Factored) == bodies
     if bodies:
         assert problem.A.bodies * 6 == raw["M"].shape[0]
 
@@ -67,9 +67,9 @@ def test_real_file_round_trips(path, tmp_path):
     again = tmp_path / "again.hdf5"
     problem.write(again, storage=storage)
     assert read_raw(again)[0] == (
-        "fclib_global" if isinstance(problem.A, amontons.Factored) else "fclib_local"
+        "fclib_global" if isinstance(problem.A, amontons.vi.Factored) else "fclib_local"
     )
-    assert_same(problem, amontons.read_problem(again))
+    assert_same(problem, amontons.vi.read_problem(again))
 
 
 def assert_same(problem, other):
@@ -118,8 +118,10 @@ def test_objective_is_that_of_the_reference(path):
 # Breaks when the symmetric part is taken silently, or not at all.
 def test_unsymmetric_file_is_symmetrised_and_says_so():
     path = real_file("fclib/faf-Capsules-i97-269.hdf5")
-    with pytest.warns(amontons.SymmetrisedWarning, match=r"Capsules-i97.*unsymmetric by 1\.8e-03") as caught:
-        problem = amontons.read_problem(path)
+    with pytest.warns(
+        amontons.vi.SymmetrisedWarning, match=r"Capsules-i97.*unsymmetric by 1\.8e-03"
+    ) as caught:
+        problem = amontons.vi.read_problem(path)
     assert caught[0].filename == __file__  # points at the caller
     assert "symmetrised" in problem.notes[0]
     W = read_raw(path)[1]["W"]
@@ -130,10 +132,10 @@ def test_unsymmetric_file_is_symmetrised_and_says_so():
 @pytest.mark.parametrize("form", ["global", "local"])
 @pytest.mark.parametrize("storage", STORAGES)
 def test_storages_and_forms(storage, form, tmp_path):
-    problem = amontons.read_problem(EXAMPLES / "wall_impact.hdf5")
+    problem = amontons.vi.read_problem(EXAMPLES / "wall_impact.hdf5")
     path = tmp_path / "p.hdf5"
     problem.write(path, storage=storage, form=form)
-    again = amontons.read_problem(path)
+    again = amontons.vi.read_problem(path)
     x = np.random.default_rng(1).normal(size=problem.rows)
     assert np.allclose(again.A @ x, problem.A @ x, rtol=0, atol=1e-12)
     assert np.allclose(again.b, problem.b, rtol=0, atol=1e-13)
@@ -185,13 +187,13 @@ def body_mass(seed):
 def test_mass_blocks_become_bodies_exactly(coupled, tmp_path):
     M = blocks(body_mass(0), body_mass(1), random_spd(6, 9) if coupled else body_mass(2))
     A, b = global_problem(tmp_path / "p.hdf5", M, [(0, 1), (2, 1), (2,)])
-    problem = amontons.read_problem(tmp_path / "p.hdf5")
-    assert isinstance(problem.A, amontons.Factored)
+    problem = amontons.vi.read_problem(tmp_path / "p.hdf5")
+    assert isinstance(problem.A, amontons.vi.Factored)
     assert ("unit masses" in " ".join(problem.notes)) == coupled
     assert np.allclose(problem.A.to_sparse().toarray(), A, rtol=0, atol=1e-12 * np.abs(A).max())
     assert np.allclose(problem.b, b, rtol=0, atol=1e-12 * np.abs(b).max())
     problem.write(tmp_path / "q.hdf5")
-    assert_same(problem, amontons.read_problem(tmp_path / "q.hdf5"))
+    assert_same(problem, amontons.vi.read_problem(tmp_path / "q.hdf5"))
 
 
 # Breaks when a contact of three bodies, or a mass that couples bodies, is forced into pairs of bodies.
@@ -204,8 +206,8 @@ def test_other_layouts_form_the_matrix(case, tmp_path):
         M = blocks(M, np.array([[2.0]]))
     pairs = [(0, 1, 2), (1,)] if case == "three bodies" else [(0, 1), (1,)]
     A, b = global_problem(tmp_path / "p.hdf5", M, pairs)
-    problem = amontons.read_problem(tmp_path / "p.hdf5")
-    assert not isinstance(problem.A, amontons.Factored)
+    problem = amontons.vi.read_problem(tmp_path / "p.hdf5")
+    assert not isinstance(problem.A, amontons.vi.Factored)
     assert "was formed" in problem.notes[0]
     x = np.arange(problem.rows, dtype=float)
     assert np.allclose(problem.A @ x, A @ x, rtol=0, atol=1e-11 * np.abs(A @ x).max())
@@ -220,8 +222,8 @@ def test_explicit_zeros_do_not_count_as_bodies(tmp_path):
     stored = sp.coo_array(np.where(H == 0, 1.0, H))
     stored.data[stored.coords[0] >= 12] = 0.0  # an entry for every position of the third body, all zero
     write_global(tmp_path / "p.hdf5", M, stored, np.zeros(18), np.zeros(3), np.array([0.3]))
-    problem = amontons.read_problem(tmp_path / "p.hdf5")
-    assert isinstance(problem.A, amontons.Factored)
+    problem = amontons.vi.read_problem(tmp_path / "p.hdf5")
+    assert isinstance(problem.A, amontons.vi.Factored)
     assert set(problem.A.body_a) == {0}
     assert set(problem.A.body_b) == {1}
 
@@ -230,12 +232,12 @@ def test_explicit_zeros_do_not_count_as_bodies(tmp_path):
 def test_what_has_no_mass_matrix_is_written_exactly(tmp_path):
     contacts, b, cones = pile()
     names = {"name": "n", "source": "s"}
-    problem = amontons.Problem(contacts, b, [*cones[:1], amontons.Bilateral(2)], **names)
+    problem = amontons.vi.Problem(contacts, b, [*cones[:1], amontons.vi.Bilateral(2)], **names)
     problem.write(tmp_path / "compliant.hdf5")
     assert read_raw(tmp_path / "compliant.hdf5")[0] == "fclib_local"
-    assert_same(problem, amontons.read_problem(tmp_path / "compliant.hdf5"))
+    assert_same(problem, amontons.vi.read_problem(tmp_path / "compliant.hdf5"))
     A = contacts.stored()
-    rigid = amontons.Factored(
+    rigid = amontons.vi.Factored(
         np.where(np.arange(6) == 2, 0.0, A.inverse_mass),
         np.where(np.arange(6)[:, None] == 2, 0.0, A.inverse_inertia[:, :3]),
         A.body_a,
@@ -243,15 +245,17 @@ def test_what_has_no_mass_matrix_is_written_exactly(tmp_path):
         A.jacobian_a,
         A.jacobian_b,
     )
-    problem = amontons.Problem(rigid, b, [*cones[:1], amontons.Bilateral(2)], f=np.arange(36.0), **names)
+    problem = amontons.vi.Problem(
+        rigid, b, [*cones[:1], amontons.vi.Bilateral(2)], f=np.arange(36.0), **names
+    )
     problem.write(tmp_path / "fixed.hdf5")
     assert read_raw(tmp_path / "fixed.hdf5")[0] == "fclib_global"
-    assert_same(problem, amontons.read_problem(tmp_path / "fixed.hdf5"))
+    assert_same(problem, amontons.vi.read_problem(tmp_path / "fixed.hdf5"))
 
 
 # Breaks when the solution of a file is not that of its problem: r, l, u = H'v + w, M v = H r + G l + f.
 def test_solution_and_guesses_are_stored(tmp_path):
-    problem = amontons.read_problem(EXAMPLES / "wall_impact.hdf5")
+    problem = amontons.vi.read_problem(EXAMPLES / "wall_impact.hdf5")
     solution = problem.solve(tolerance=1e-3, deadline=5)
     problem.write(tmp_path / "p.hdf5", solution=solution)
     _, raw = read_raw(tmp_path / "p.hdf5")
@@ -260,14 +264,14 @@ def test_solution_and_guesses_are_stored(tmp_path):
     assert np.array_equal(np.concatenate([r, impulses]), solution.x)
     assert np.allclose(raw["M"] @ v, raw["H"] @ r + raw["G"] @ impulses + raw["f"], atol=1e-12)
     assert np.allclose(raw["H"].T @ v + raw["w"], u, atol=1e-10)
-    again = amontons.read_problem(tmp_path / "p.hdf5")
+    again = amontons.vi.read_problem(tmp_path / "p.hdf5")
     assert np.array_equal(again.guesses[-1], solution.x)
     assert again.residual(again.guesses[-1]) == pytest.approx(solution.residual, rel=1e-6)
 
 
 # Breaks when strings lose their NUL (the C library reads past them) or scalars their shape (1,).
 def test_file_layout_is_that_of_the_c_library(tmp_path):
-    amontons.Problem(*one_contact(), name="a contact").write(tmp_path / "p.hdf5")
+    amontons.vi.Problem(*one_contact(), name="a contact").write(tmp_path / "p.hdf5")
     with h5py.File(tmp_path / "p.hdf5") as file:
         g = file["fclib_local"]
         kind = g["info/title"].id.get_type()
@@ -278,18 +282,18 @@ def test_file_layout_is_that_of_the_c_library(tmp_path):
 
 # Breaks when a scalar of shape () or a variable-length string, as other writers make them, is refused.
 def test_other_spellings_of_scalars_and_strings(tmp_path):
-    amontons.Problem(*one_contact()).write(tmp_path / "p.hdf5")
+    amontons.vi.Problem(*one_contact()).write(tmp_path / "p.hdf5")
     with h5py.File(tmp_path / "p.hdf5", "a") as file:
         g = file["fclib_local"]
         del g["spacedim"], g["info/title"], g["W/nz"]
         g["spacedim"], g["W/nz"] = 3, np.int64(-1)
         g["info/title"] = "variable"
-    assert amontons.read_problem(tmp_path / "p.hdf5").name == "variable"
+    assert amontons.vi.read_problem(tmp_path / "p.hdf5").name == "variable"
 
 
 # Breaks when a failed write leaves a partial file, or destroys the one that was there.
 def test_no_partial_file(tmp_path, monkeypatch):
-    problem = amontons.Problem(*one_contact())
+    problem = amontons.vi.Problem(*one_contact())
     path = tmp_path / "p.hdf5"
     problem.write(path)
     before = path.read_bytes()
@@ -308,15 +312,15 @@ def test_no_partial_file(tmp_path, monkeypatch):
     ("A", "cones"),
     [
         (np.zeros((0, 0)), []),
-        (np.eye(2), [amontons.Bilateral(2)]),
-        (np.eye(3), [amontons.Friction(0.3)]),
-        (amontons.Factored([], np.empty((0, 3)), [], [], [], []), []),
+        (np.eye(2), [amontons.vi.Bilateral(2)]),
+        (np.eye(3), [amontons.vi.Friction(0.3)]),
+        (amontons.vi.Factored([], np.empty((0, 3)), [], [], [], []), []),
     ],
     ids=["nothing", "bilateral", "contact", "no-bodies"],
 )
 def test_smallest_problems(A, cones, suffix, tmp_path):
-    problem = amontons.Problem(A, np.ones(A.shape[0]), cones)
+    problem = amontons.vi.Problem(A, np.ones(A.shape[0]), cones)
     problem.write(tmp_path / f"p{suffix}")
-    again = amontons.read_problem(tmp_path / f"p{suffix}")
+    again = amontons.vi.read_problem(tmp_path / f"p{suffix}")
     assert again.rows == problem.rows
     assert np.array_equal(again.solve().x, problem.solve().x)

@@ -27,7 +27,7 @@ def refused(read, path, message, **options):
 @pytest.fixture
 def fclib(tmp_path):
     path = tmp_path / "p.hdf5"
-    amontons.Problem(np.eye(6), np.ones(6), "friction", mu=0.3).write(path)
+    amontons.vi.Problem(np.eye(6), np.ones(6), "friction", mu=0.3).write(path)
     return path
 
 
@@ -57,7 +57,7 @@ def put(path, name, make):
 def test_hdf5_that_holds_less_than_it_declares(make, message, fclib):
     put(fclib, "fclib_local/vectors/q", make)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    refused(amontons.read_problem, fclib, message)
+    refused(amontons.vi.read_problem, fclib, message)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 64_000  # kB
 
 
@@ -69,7 +69,7 @@ def test_hdf5_of_other_files(fclib):
         file.create_virtual_dataset(name, layout)
 
     put(fclib, "fclib_local/vectors/q", virtual)
-    refused(amontons.read_problem, fclib, "lie in other files; store them in this one")
+    refused(amontons.vi.read_problem, fclib, "lie in other files; store them in this one")
 
 
 # Breaks when the header of an object is not found or not followed over its continuations, in any version of
@@ -97,7 +97,7 @@ def test_hdf5_of_too_many_rows(fclib):
     with h5py.File(fclib, "a") as file:
         for name, value in (("m", 10**9), ("n", 10**9), ("nz", 0)):
             file[f"fclib_local/W/{name}"][...] = value
-    refused(amontons.read_problem, fclib, "1000000000 x 1000000000, but the file can hold vectors of")
+    refused(amontons.vi.read_problem, fclib, "1000000000 x 1000000000, but the file can hold vectors of")
 
 
 def archive(path, **changes):
@@ -134,9 +134,9 @@ def archive(path, **changes):
 )
 def test_archive_whose_arrays_do_not_fit(changes, message, tmp_path):
     archive(tmp_path / "p.npz")
-    amontons.read_problem(tmp_path / "p.npz")
+    amontons.vi.read_problem(tmp_path / "p.npz")
     archive(tmp_path / "p.npz", **changes)
-    refused(amontons.read_problem, tmp_path / "p.npz", message)
+    refused(amontons.vi.read_problem, tmp_path / "p.npz", message)
 
 
 def with_member(path, data, name="b.npy", **options):
@@ -173,9 +173,9 @@ def npy(header, body=b"\0" * 48):
 )
 def test_archive_of_forged_headers(header, message, tmp_path):
     with_member(tmp_path / "p.npz", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (6,), }"))
-    assert not amontons.read_problem(tmp_path / "p.npz").b.any()
+    assert not amontons.vi.read_problem(tmp_path / "p.npz").b.any()
     with_member(tmp_path / "p.npz", npy(header))
-    refused(amontons.read_problem, tmp_path / "p.npz", message)
+    refused(amontons.vi.read_problem, tmp_path / "p.npz", message)
 
 
 # Breaks when half a megabyte unpacks to half a gigabyte; when it stays refused to those who allow it.
@@ -185,11 +185,11 @@ def test_archive_that_is_a_bomb(tmp_path):
     with_member(tmp_path / "p.npz", buffer.getvalue())
     del buffer
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    refused(amontons.read_problem, tmp_path / "p.npz", "declares 320 MB and stores 31")
+    refused(amontons.vi.read_problem, tmp_path / "p.npz", "declares 320 MB and stores 31")
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 64_000  # kB
     archive(tmp_path / "p.npz", b=np.zeros(10**6))
     refused(
-        amontons.read_problem, tmp_path / "p.npz", "beyond the limit of 1 MB", limits=Limits(memory=10**6)
+        amontons.vi.read_problem, tmp_path / "p.npz", "beyond the limit of 1 MB", limits=Limits(memory=10**6)
     )
 
 
@@ -219,15 +219,15 @@ def test_matrix_market_is_not_trusted(text, message, tmp_path):
     archive(tmp_path / "p.npz")
     path = tmp_path / "p.mtx"
     path.write_text("%%MatrixMarket matrix coordinate integer symmetric\n% x\n\n6 6 2\n1 1 2\n2 1 1\n")
-    A = amontons.read_problem(path).A.toarray()
+    A = amontons.vi.read_problem(path).A.toarray()
     assert A[:2, :2].tolist() == [[2, 1], [1, 0]]
     path.write_text(f"%%MatrixMarket matrix {text}")
-    refused(amontons.read_problem, path, message)
+    refused(amontons.vi.read_problem, path, message)
 
 
 # Breaks when a reader waits for the writer of a pipe, or reads a device that has no end.
 @pytest.mark.parametrize(
-    "read", [amontons.read_problem, amontons.load_model, amontons.read_recording, amontons.Simulation.load]
+    "read", [amontons.vi.read_problem, amontons.load_model, amontons.read_recording, amontons.Simulation.load]
 )
 def test_pipes_and_devices(read, tmp_path):
     suffix = ".xml" if read is amontons.load_model else ".h5"

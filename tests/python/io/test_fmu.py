@@ -285,12 +285,12 @@ def test_sensors_and_efforts_are_those_of_the_package(tmp_path):
             # Products of a few numbers of both readings: rounding of sums about the origin.
             np.testing.assert_allclose(unit.get(*names), ours, rtol=1e-9, atol=1e-9, err_msg=sensor.name)
             felt[sensor.kind] = max(felt[sensor.kind], float(abs(ours).max()))
-        effort = simulation.effort("hip")
+        effort = simulation.forces.effort("hip")
         parts = effort.motor, effort.passive, effort.friction, effort.limit
         names = [f"effort.hip.{part}" for part in ("motor", "passive", "friction", "limit")]
         np.testing.assert_array_equal(unit.get(*names), parts)
         np.testing.assert_array_equal(
-            unit.get("actuator.push", "actuator.pull"), simulation.actuator_efforts["effort"]
+            unit.get("actuator.push", "actuator.pull"), simulation.forces.actuator_efforts["effort"]
         )
     assert [kind for kind, size in felt.items() if size == 0] == []  # each has read something
 

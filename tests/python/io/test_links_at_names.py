@@ -107,7 +107,7 @@ def test_report_through_a_link(victim, tmp_path, name):
 # Breaks when what is written beside a named file goes through a link: the archive of a matrix, the tables of
 # a comparison.
 def test_companions_through_a_link(victim, tmp_path, root):
-    problem = amontons.read_problem(root / "examples/problems/wall_impact.hdf5")
+    problem = amontons.vi.read_problem(root / "examples/problems/wall_impact.hdf5")
     (tmp_path / "text.npz").symlink_to(victim)
     with pytest.raises(amontons.FileError, match=r"text\.npz: is a link to"):
         problem.write(tmp_path / "text.mtx")

@@ -78,7 +78,7 @@ def test_parts_in_place_of_hulls(tmp_path, name):
             (k, len(parts)) for k in range(len(parts))
         }
         assert all(p.material.friction == 0.3 and p.always for p in model.pair_materials)
-    hit = simulation.ray(middle, (-1, 0, 0))
+    hit = simulation.kinematics.ray(middle, (-1, 0, 0))
     assert hit is not None
     assert hit.distance == pytest.approx(0.05, abs=4e-3)
 

@@ -84,9 +84,9 @@ def test_four_bar_swings(tmp_path, kind):
     simulation = amontons.Simulation(model, dt=1e-3, tolerance=1e-10)
     simulation.run(0.7)
     rate = math.sqrt((CRANK + COUPLER) * 9.81 / ((2 * CRANK / 3 + COUPLER) * LENGTH))
-    angle = simulation.coordinate("a") + TILT
+    angle = simulation.kinematics.coordinate("a") + TILT
     assert angle == pytest.approx(TILT * math.cos(rate * 0.7), abs=1e-3 * TILT)
-    np.testing.assert_allclose(simulation.link("coupler")["orientation"], (1, 0, 0, 0), atol=1e-6)
+    np.testing.assert_allclose(simulation.kinematics.link("coupler")["orientation"], (1, 0, 0, 0), atol=1e-6)
 
 
 # Breaks when a loop that is open in the pose of the file is passed over, or its size is wrong.

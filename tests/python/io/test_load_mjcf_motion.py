@@ -25,10 +25,10 @@ def test_pendulum_period(tmp_path):
     h = 1e-3
     sim = amontons.Simulation(model, dt=h, tolerance=1e-10)
     sim.apply_keyframe("k")
-    turns, before = [], sim.coordinate("q")
+    turns, before = [], sim.kinematics.coordinate("q")
     while len(turns) < 2:
         sim.step()
-        now = sim.coordinate("q")
+        now = sim.kinematics.coordinate("q")
         if before > 0 >= now:
             turns.append(sim.time - h * now / (now - before))
         before = now

@@ -104,7 +104,7 @@ def test_loop(tmp_path):
     assert model.joint_names == ("fix", "j1", "j2", "j3", "j4")
     simulation = amontons.Simulation(model, dt=1e-3)
     simulation.run(0.3)
-    crank, coupler = simulation.coordinate("j1"), simulation.coordinate("j2")
+    crank, coupler = simulation.kinematics.coordinate("j1"), simulation.kinematics.coordinate("j2")
     assert crank > 0.3  # it falls: the angle about +y grows
     assert coupler == pytest.approx(-crank, abs=1e-8)
     # Energy: I = 2 (0.08 + 0.25) + 1 about the pivots, weight 2 (1 kg at 0.5 m) + 1 kg at 1 m. First order in dt.

@@ -93,7 +93,7 @@ def test_frames_follow_the_origins(rover):
 def test_base_falls(rover):
     sim = amontons.Simulation(load_model(rover), dt=1e-3)
     sim.run(0.1)
-    linear, _ = sim.momentum()
+    linear, _ = sim.forces.momentum()
     assert linear == pytest.approx((0, 0, -9.81 * 0.1 * sim.model.total_mass), abs=1e-9)
 
 
@@ -471,8 +471,10 @@ def test_links_without_mass_between_joints(tmp_path):
         simulation = amontons.Simulation(each)
         simulation.set_q({"a": 0.3, "b": -0.4, "c": 0.1})
         simulation.set_qd({"a": 1.0, "b": 0.5, "c": -0.2})
-        bob = simulation.link("bob")
-        found.append((simulation.mass_matrix(), simulation.bias_forces(), bob["position"], simulation.q))
+        bob = simulation.kinematics.link("bob")
+        found.append(
+            (simulation.forces.mass_matrix(), simulation.forces.bias_forces(), bob["position"], simulation.q)
+        )
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(one, other, atol=2e-6)
 

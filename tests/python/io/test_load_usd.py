@@ -125,7 +125,7 @@ def test_ends(tmp_path, first):
     )
     simulation = amontons.Simulation(quiet(path), dt=1e-3)
     simulation.run(0.2)
-    assert (-1 if first else 1) * simulation.coordinate("hinge") == pytest.approx(
+    assert (-1 if first else 1) * simulation.kinematics.coordinate("hinge") == pytest.approx(
         0.5 * 9.81 * 2 / 2.1 * 0.2**2, rel=0.02
     )
 

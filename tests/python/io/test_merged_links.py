@@ -6,8 +6,9 @@ from dataclasses import replace
 import amontons
 import numpy as np
 import pytest
-from amontons import InputError, Link, ModelBuilder, Simulation, shapes
+from amontons import InputError, ModelBuilder, Simulation, shapes
 from amontons.io.recordings.model_json import model_from_json, model_to_json
+from amontons.parts import Link
 from amontons.report.batches import visuals_of
 from mjcf import index, load, mujoco
 from sensors import compare_sensors
@@ -54,18 +55,18 @@ def test_fixed_bodies_are_links(tmp_path):
     d.qpos[:], d.qvel[:] = sim.q, sim.qd
     mujoco.mj_forward(m, d)
     for name in model.link_names:
-        i, row = index(m, name), sim.link(name)
+        i, row = index(m, name), sim.kinematics.link(name)
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(m, d, mujoco.mjtObj.mjOBJ_XBODY, i, velocity, 0)
         np.testing.assert_allclose(row["position"], d.xpos[i], atol=1e-13)
         assert abs(row["orientation"] @ d.xquat[i]) == pytest.approx(1, abs=1e-13)
         np.testing.assert_allclose(row["linear_velocity"], velocity[3:], atol=1e-12)
         np.testing.assert_allclose(row["angular_velocity"], velocity[:3], atol=1e-12)
-        J = sim.jacobian(name, (0.1, 0.2, 0.3))
+        J = sim.kinematics.jacobian(name, (0.1, 0.2, 0.3))
         spin = np.cross(velocity[:3], d.xmat[i].reshape(3, 3) @ (0.1, 0.2, 0.3))
         np.testing.assert_allclose(J @ sim.qd, [*velocity[3:] + spin, *velocity[:3]], atol=1e-12)
     with pytest.raises(
-        InputError, match='"boom" is a link of the body "mast".*"boom_fixed".*Simulation.link'
+        InputError, match='"boom" is a link of the body "mast".*"boom_fixed".*Simulation.kinematics.link'
     ):
         model.body_index("boom")
 
@@ -88,16 +89,16 @@ def test_reactions_hold_what_hangs(tmp_path):
     <body name="tip" pos="2 0 0"><geom size="0.1" mass="3" pos="0.5 0 0"/></body></body>"""
     model, _ = load(tmp_path, arm)
     sim = Simulation(model, dt=5e-3)
-    assert not sim.link_reactions["force"].any()  # before the first step
+    assert not sim.forces.link_reactions["force"].any()  # before the first step
     sim.qd = [4.0]
     sim.run(1.0)
-    (row,) = sim.link_reactions
-    inwards = -(sim.link("tip")["position"]) / 2
+    (row,) = sim.forces.link_reactions
+    inwards = -(sim.kinematics.link("tip")["position"]) / 2
     assert model.link_names[row["link"]] == "tip"
     pull = 3 * 2.5 * 4.0**2
     np.testing.assert_allclose(row["force"], pull * inwards + (0, 0, 3 * G), atol=0.02 * pull)
     np.testing.assert_allclose(row["torque"], np.cross(-0.5 * inwards, (0, 0, 3 * G)), atol=0.02 * pull)
-    np.testing.assert_allclose(row["point"], sim.link("tip")["position"])
+    np.testing.assert_allclose(row["point"], sim.kinematics.link("tip")["position"])
 
 
 # Breaks when contacts, rays, touch and range sensors do not tell the links of a body apart. A table of two
@@ -122,12 +123,16 @@ def test_contacts_and_rays_name_the_link(tmp_path):
     ]
     assert sim.sensors["touch"][0] == pytest.approx(3 * G, rel=1e-3)
     assert sim.sensors["range"][0] == pytest.approx(0.05, abs=1e-6)  # to the other link, of the same body
-    for row in sim.link_reactions:
+    for row in sim.forces.link_reactions:
         np.testing.assert_allclose(row["force"], (0, 0, G - 3 * G), atol=1e-2)
-    hit = sim.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "left"))
+    hit = sim.kinematics.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "left"))
     assert (model.geom_names[hit.geom], model.link_names[hit.link]) == ("r", "right")
-    assert model.link_names[sim.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "right")).link] == "top"
-    assert sim.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "top")).geom == -1  # with the body go its links
+    assert (
+        model.link_names[sim.kinematics.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "right")).link] == "top"
+    )
+    assert (
+        sim.kinematics.ray((0.7, 0, -1), (0, 0, 1), exclude=(None, "top")).geom == -1
+    )  # with the body go its links
 
 
 # Breaks when an exclusion of one link excludes its whole body, or none.
@@ -152,7 +157,7 @@ def test_a_part_with_gravity_of_its_own_stays_a_body(tmp_path):
     assert [link.name for link in model.links] == ["frame"]
     sim = Simulation(model, dt=1e-3)
     sim.run(0.1)
-    assert sim.momentum()[0][2] == pytest.approx(0.1 * G, rel=1e-6)  # 1 kg falls, 1 kg rises with 2 g
+    assert sim.forces.momentum()[0][2] == pytest.approx(0.1 * G, rel=1e-6)  # 1 kg falls, 1 kg rises with 2 g
 
 
 # Breaks when a model with links does not come along: under a prefix, on a link of another one, through JSON;
@@ -182,14 +187,15 @@ def test_links_compose(tmp_path):
     assert model.bodies[0].mass == pytest.approx(16 + camera.mass)
     sim = Simulation(model)
     np.testing.assert_allclose(
-        sim.site("eye")["position"],
+        sim.kinematics.site("eye")["position"],
         amontons.Transform(
-            tuple(sim.link("b/camera")["position"]), tuple(sim.link("b/camera")["orientation"])
+            tuple(sim.kinematics.link("b/camera")["position"]),
+            tuple(sim.kinematics.link("b/camera")["orientation"]),
         )((0, 0, 1)),
         atol=1e-14,
     )
     sim.step()
-    held = {model.link_names[row["link"]]: row["force"] for row in sim.link_reactions}
+    held = {model.link_names[row["link"]]: row["force"] for row in sim.forces.link_reactions}
     # The lamp carries itself, its camera, the cord with the hook, and the second crane with the load.
     assert held["lamp"][2] > held["b/boom"][2] > held["b/lamp"][2] > 0
     with pytest.raises(InputError, match='a body "lamp" already'):

@@ -280,10 +280,10 @@ def test_limits_without_a_width(tmp_path):
     np.testing.assert_allclose(data.ten_length, (0.5, 1), atol=0.02)
     simulation = amontons.Simulation(again, dt=2e-3)
     simulation.run(0.4)
-    assert abs(simulation.coordinate("locked")) < 1e-6
-    place = simulation.link("ball")["position"]
+    assert abs(simulation.kinematics.coordinate("locked")) < 1e-6
+    place = simulation.kinematics.link("ball")["position"]
     assert np.linalg.norm(place - (0, 2, 0)) == pytest.approx(0.5, abs=1e-4)
-    assert simulation.link("weight")["position"][2] == pytest.approx(0, abs=1e-4)
+    assert simulation.kinematics.link("weight")["position"][2] == pytest.approx(0, abs=1e-4)
 
 
 # Breaks when the obstacle of a tendon, or the volume of a sensor, is no geom or site of the model.
@@ -291,10 +291,12 @@ def test_parts_that_only_python_has(tmp_path):
     builder = amontons.ModelBuilder()
     builder.add_floor()
     builder.add_body("cube", shape=amontons.shapes.Box((0.1, 0.1, 0.1)), density=500, position=(0, 0, 0.1))
-    drum = amontons.PathElement("cylinder", None, amontons.Transform((1, 0, 1)), radius=0.2, side=(1, 0, 2))
+    drum = amontons.parts.PathElement(
+        "cylinder", None, amontons.Transform((1, 0, 1)), radius=0.2, side=(1, 0, 2)
+    )
     builder.add_tendon("rope", path=[("cube", (0, 0, 0.1)), drum, (None, (2, 0, 0.2))], limits=(None, 20))
     model = builder.build()
-    feeler = amontons.Sensor("feeler", "touch", 0)
+    feeler = amontons.parts.Sensor("feeler", "touch", 0)
     model = dataclasses.replace(model, sensors=(feeler,))
     again, _, lost = written(model, tmp_path)
     assert lost == ()
@@ -302,7 +304,7 @@ def test_parts_that_only_python_has(tmp_path):
     for m in (model, again):
         simulation = amontons.Simulation(m)
         simulation.run(0.2)
-        lengths.append(simulation.tendon_efforts["length"][0])
+        lengths.append(simulation.forces.tendon_efforts["length"][0])
         forces.append(simulation.sensors["feeler"])
     assert lengths[0] == pytest.approx(lengths[1], abs=1e-6)
     assert forces[0] == pytest.approx(8 * 0.1**3 * 500 * 9.81, rel=1e-3)
@@ -325,7 +327,7 @@ def test_keyframe_of_turned_joints(tmp_path):
     s = simulation.state
     rows = (tuple(map(tuple, np.array(getattr(s, name)))) for name in (
         "positions", "orientations", "linear_velocities", "angular_velocities"))  # fmt: skip
-    frame = amontons.Keyframe("later", 0.4, *rows, tuple(np.array(s.joint_coordinates)))
+    frame = amontons.parts.Keyframe("later", 0.4, *rows, tuple(np.array(s.joint_coordinates)))
     model = dataclasses.replace(model, keyframes=(frame,))
     again, _, _ = written(model, tmp_path)
     other = amontons.Simulation(again)
@@ -333,7 +335,10 @@ def test_keyframe_of_turned_joints(tmp_path):
     for name in model.body_names:
         for part in ("position", "linear_velocity", "angular_velocity"):
             np.testing.assert_allclose(
-                other.link(name)[part], simulation.link(name)[part], atol=1e-9, err_msg=f"{name} {part}"
+                other.kinematics.link(name)[part],
+                simulation.kinematics.link(name)[part],
+                atol=1e-9,
+                err_msg=f"{name} {part}",
             )
 
 
@@ -354,7 +359,7 @@ def test_visuals(tmp_path):
     builder = amontons.ModelBuilder()
     builder.add_floor()
     builder.add_body("cube", shape=amontons.shapes.Box((0.1, 0.1, 0.1)), density=500, position=(0, 0, 0.1))
-    wedge = amontons.TriangleMesh([(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0)], [(0, 1, 2)])
+    wedge = amontons.parts.TriangleMesh([(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0)], [(0, 1, 2)])
     builder.add_visual("cube", wedge, position=(0, 0, 0.1), colour=(0.75, 0.25, 0.5, 1))
     builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=500, position=(1, 0, 0.1))
     builder.add_visual("ball", amontons.shapes.Sphere(0.1), colour=(1, 0, 0, 0.5))

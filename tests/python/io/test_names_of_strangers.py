@@ -44,7 +44,7 @@ def test_messages_and_warnings(tmp_path):
     for act in (
         lambda: builder.add_body(f"b{ESCAPE}\n", mass=-1),
         lambda: builder.build().body_index(f"c{ESCAPE}"),
-        lambda: amontons.read_problem(tmp_path / f"d{ESCAPE}.hdf5"),
+        lambda: amontons.vi.read_problem(tmp_path / f"d{ESCAPE}.hdf5"),
         lambda: amontons.read_recording(tmp_path / f"e{ESCAPE}.h5"),
         lambda: amontons.load_model(tmp_path / f"f{ESCAPE}.xml"),
         lambda: Simulation(builder.build(), method=f"g{ESCAPE}"),

@@ -195,13 +195,13 @@ def test_pointers_of_sparse_matrices(kind):
     def reals(A):
         A.indices = A.indices.astype(float) + 0.5
 
-    b, cones = -np.ones(4), [amontons.NonNegative(4)]
-    assert amontons.Problem(matrix(kind), b, cones).solve().converged
+    b, cones = -np.ones(4), [amontons.vi.NonNegative(4)]
+    assert amontons.vi.Problem(matrix(kind), b, cones).solve().converged
     for damage in (last, first, down, negative, index, below, short, data, reals):
         A = matrix(kind)
         damage(A)
         with pytest.raises(amontons.InputError, match=r"A\.ind(ptr|ices)"):
-            amontons.Problem(A, b, cones)
+            amontons.vi.Problem(A, b, cones)
 
 
 @pytest.fixture

@@ -36,7 +36,7 @@ def assert_same(problem, other):
 def test_rolling_problems_round_trip_through_fclib(form, storage, joints, tmp_path):
     problem = random_problem("rolling", 4, joints=joints)
     x = np.arange(problem.rows) / 10
-    stored = amontons.Problem(problem.A, problem.b, problem.cones, guesses=[x])
+    stored = amontons.vi.Problem(problem.A, problem.b, problem.cones, guesses=[x])
     path = tmp_path / "p.hdf5"
     stored.write(path, form=form, storage=storage)
     with h5py.File(path) as file:
@@ -44,13 +44,13 @@ def test_rolling_problems_round_trip_through_fclib(form, storage, joints, tmp_pa
         assert group == f"fclib_{form}_rolling"
         assert file[group]["spacedim"][0] == 5
         assert np.array_equal(file[group]["vectors/mu_r"][:], problem.cones[0].rolling)
-    again = amontons.read_problem(path)
-    assert isinstance(again.A, amontons.Factored) == (form == "global")
+    again = amontons.vi.read_problem(path)
+    assert isinstance(again.A, amontons.vi.Factored) == (form == "global")
     assert_same(stored, again)
     # A solution is stored in the user's units and comes back as a guess that solves.
     solution = again.solve(tolerance=1e-8)
     again.write(path, solution=solution)
-    final = amontons.read_problem(path)
+    final = amontons.vi.read_problem(path)
     assert final.residual(final.guesses[-1]) <= 2e-8
 
 
@@ -59,8 +59,8 @@ def test_fclib_refuses_what_it_cannot_hold(tmp_path):
     elliptic = random_problem("elliptic-6", 1)
     with pytest.raises(amontons.FileError, match=r"cannot hold EllipticFriction rows; write .* as .npz"):
         elliptic.write(tmp_path / "p.hdf5")
-    mixed = amontons.Problem(
-        random_spd(8), np.ones(8), [amontons.Friction(0.2), amontons.RollingFriction(0.2, 0.1)]
+    mixed = amontons.vi.Problem(
+        random_spd(8), np.ones(8), [amontons.vi.Friction(0.2), amontons.vi.RollingFriction(0.2, 0.1)]
     )
     with pytest.raises(amontons.FileError, match="with rolling friction or without, not both"):
         mixed.write(tmp_path / "p.hdf5")
@@ -71,38 +71,38 @@ def test_fclib_refuses_what_it_cannot_hold(tmp_path):
 @pytest.mark.parametrize("suffix", [".npz", ".mtx"])
 def test_all_cones_round_trip_through_archives(suffix, tmp_path):
     cones = [
-        amontons.RollingFriction([0.1, 0.2], [0.01, 0.02]),
-        amontons.EllipticFriction([[0.3, 0.4]], torsion=0.03),
-        amontons.Friction(0.5),
-        amontons.EllipticFriction([[0.6, 0.7], [0.8, 0.9]]),
-        amontons.Bilateral(1),
-        amontons.EllipticFriction(0.11, torsion=0.12, rolling=[[0.13, 0.14]]),
-        amontons.Interval(-1, 1),
-        amontons.RollingFriction(0.15, 0.16),
+        amontons.vi.RollingFriction([0.1, 0.2], [0.01, 0.02]),
+        amontons.vi.EllipticFriction([[0.3, 0.4]], torsion=0.03),
+        amontons.vi.Friction(0.5),
+        amontons.vi.EllipticFriction([[0.6, 0.7], [0.8, 0.9]]),
+        amontons.vi.Bilateral(1),
+        amontons.vi.EllipticFriction(0.11, torsion=0.12, rolling=[[0.13, 0.14]]),
+        amontons.vi.Interval(-1, 1),
+        amontons.vi.RollingFriction(0.15, 0.16),
     ]
     m = sum(cone.rows for cone in cones)
     b = np.random.default_rng(0).normal(size=m)
-    problem = amontons.Problem(random_spd(m), b, cones, guesses=[b])
+    problem = amontons.vi.Problem(random_spd(m), b, cones, guesses=[b])
     problem.write(tmp_path / f"p{suffix}")
-    again = amontons.read_problem(tmp_path / f"p{suffix}")
+    again = amontons.vi.read_problem(tmp_path / f"p{suffix}")
     assert np.array_equal(again.b, b)
     assert_same(problem, again)
     factored = random_problem("elliptic-4", 2)
     factored.write(tmp_path / "f.npz")
-    assert_same(factored, amontons.read_problem(tmp_path / "f.npz"))
+    assert_same(factored, amontons.vi.read_problem(tmp_path / "f.npz"))
 
 
 # Breaks when an archive of W, q, mu and mu_r needs more, or its five rows are taken for three.
 def test_archive_of_a_local_problem(tmp_path):
     W, q = random_spd(10), np.ones(10)
     np.savez(tmp_path / "p.npz", W=W, q=q, mu=[0.3, 0.4], mu_r=[0.1, 0.2])
-    rolling = amontons.Problem(W, q, amontons.RollingFriction([0.3, 0.4], [0.1, 0.2]))
-    assert_same(rolling, amontons.read_problem(tmp_path / "p.npz"))
+    rolling = amontons.vi.Problem(W, q, amontons.vi.RollingFriction([0.3, 0.4], [0.1, 0.2]))
+    assert_same(rolling, amontons.vi.read_problem(tmp_path / "p.npz"))
     np.savez(tmp_path / "q.npz", W=W[:9, :9], q=q[:9], mu=0.3)
-    assert amontons.read_problem(tmp_path / "q.npz").contacts == 3
+    assert amontons.vi.read_problem(tmp_path / "q.npz").contacts == 3
     np.savez(tmp_path / "r.npz", W=W, q=q, mu=[0.3, 0.4, 0.5], mu_r=[0.1, 0.2])
     with pytest.raises(amontons.FileError, match=r"r\.npz: RollingFriction: mu has 3 entries"):
-        amontons.read_problem(tmp_path / "r.npz")
+        amontons.vi.read_problem(tmp_path / "r.npz")
 
 
 # Breaks when the matrices of a rolling file are read wrongly: A and b by the definition of the format.
@@ -149,7 +149,7 @@ def test_rolling_files_are_solved(name, law, method):
 
 
 # Breaks when a command stumbles over five rows per contact.
-@pytest.mark.filterwarnings("ignore::amontons.SymmetrisedWarning")
+@pytest.mark.filterwarnings("ignore::amontons.vi.SymmetrisedWarning")
 def test_commands_take_rolling_files(tmp_path):
     path = tmp_path / "p.hdf5"
     random_problem("rolling", 4).write(path)

@@ -8,19 +8,9 @@ import amontons
 import h5py
 import numpy as np
 import pytest
-from amontons import (
-    Dof,
-    Joint,
-    Keyframe,
-    Material,
-    ModelBuilder,
-    Motor,
-    PathElement,
-    Simulation,
-    Transform,
-    shapes,
-)
+from amontons import Dof, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
 from amontons.model.transforms import axis_angle
+from amontons.parts import Keyframe, PathElement
 
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
@@ -232,7 +222,7 @@ def test_wrong_files(saved, tmp_path, root):
     for wrong, message in [
         (tmp_path, "is a directory"),
         (text, "is no HDF5 file"),
-        (problem, "read it with amontons.read_problem"),
+        (problem, "read it with amontons.vi.read_problem"),
     ]:
         with pytest.raises(amontons.FileError, match=message):
             Simulation.load(wrong)

@@ -28,7 +28,7 @@ def written(model, folder, suffix):
 
 
 def place(simulation, name, *, centres):
-    model, link = simulation.model, simulation.link(name)
+    model, link = simulation.model, simulation.kinematics.link(name)
     k = model.link_index(name) - len(model.bodies)
     part = model.links[k] if k >= 0 else model.bodies[k]
     frame = amontons.Transform(link["position"], link["orientation"])
@@ -143,7 +143,7 @@ def test_loops_as_mjcf(tmp_path):
     for simulation in simulations:
         simulation.state.linear_velocities[model.body_index("weight")] = (0.5, 0, 0)
         simulation.run(0.5)
-    ends = [s.link("weight")["position"] for s in simulations]
+    ends = [s.kinematics.link("weight")["position"] for s in simulations]
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-5)
 
 
@@ -180,7 +180,7 @@ def test_visuals_as_urdf(tmp_path):
     builder.add_body("cube", shape=shape, density=500, position=(0, 0, 1), orientation=turn)
     builder.add_revolute_joint("cube", point=(0, 0.3, 1), axis=(1, 0, 0))
     corners = [(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0), (0, 0, 0.2)]
-    wedge = amontons.TriangleMesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    wedge = amontons.parts.TriangleMesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
     builder.add_visual("cube", wedge, position=(0, 0, 0.1), colour=(0.75, 0.25, 0.5, 1))
     builder.add_visual("cube", amontons.shapes.Sphere(0.1), position=(0.1, 0, 0))
     model = builder.build()
@@ -216,7 +216,9 @@ def test_rows_of_joints_as_urdf(tmp_path, name):
         simulation = amontons.Simulation(m)
         simulation.set_q({key: 0.1 + 0.02 * k for k, key in enumerate(plain)})
         at = [m.coordinates[key].qd.start for key in plain]
-        weights = simulation.mass_matrix()[np.ix_(at, at)] - np.diag([armature(m, key) for key in plain])
+        weights = simulation.forces.mass_matrix()[np.ix_(at, at)] - np.diag(
+            [armature(m, key) for key in plain]
+        )
         limits = [(dof.lower, dof.upper) for dof in (degree(m, key) for key in plain)]
         found.append((weights, [place(simulation, body, centres=True) for body in model.body_names], limits))
     for one, other in zip(*found, strict=True):
@@ -252,7 +254,7 @@ def test_links_as_urdf(tmp_path, name):
     for m in (model, again):
         simulation = amontons.Simulation(m)
         # Frames of bodies are on their axes in a URDF that amontons wrote; those of links stay.
-        places = [simulation.link(link.name)["position"] for link in m.links]
+        places = [simulation.kinematics.link(link.name)["position"] for link in m.links]
         found.append((places, [link.mass for link in m.links], [body.mass for body in m.bodies]))
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9)

@@ -206,7 +206,7 @@ def test_visuals_are_prims(tmp_path):
 
     builder = amontons.ModelBuilder()
     builder.add_body("cup", shape=amontons.shapes.Sphere(0.1), density=1, position=(0, 0, 1))
-    triangle = amontons.TriangleMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], [(0, 1, 2)])
+    triangle = amontons.parts.TriangleMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], [(0, 1, 2)])
     builder.add_visual("cup", triangle, position=(0, 0, 0.2), colour=(1, 0.5, 0, 0.25))
     builder.add_visual(None, amontons.shapes.Box((1, 1, 0.1)))
     builder.add_body("bare", shape=amontons.shapes.Sphere(0.1), density=1)

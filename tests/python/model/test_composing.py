@@ -6,23 +6,11 @@ from dataclasses import fields, replace
 import amontons
 import numpy as np
 import pytest
-from amontons import (
-    Actuator,
-    Fluid,
-    FluidBox,
-    Keyframe,
-    Material,
-    Model,
-    ModelBuilder,
-    Motor,
-    PathElement,
-    Simulation,
-    Transmission,
-    shapes,
-)
+from amontons import Material, Model, ModelBuilder, Motor, Simulation, shapes
 from amontons.io.recordings.model_json import model_from_json, model_to_json
 from amontons.model.transforms import Transform, axis_angle, multiply, rotate
 from amontons.model.visuals import TriangleMesh
+from amontons.parts import Actuator, Fluid, FluidBox, Keyframe, PathElement, Transmission
 
 SHIFT, TURN = (3.0, -2.0, 0.5), axis_angle((0, 0, 1), 0.7)
 STILL = {"mass": 1.0, "inertia": (0.1, 0.2, 0.25)}
@@ -214,7 +202,7 @@ def test_a_tool_in_a_hand():
         for i in (0, 1)
     )
     np.testing.assert_allclose(palm.position, cart_pose((0, 0.5, 0.2)), atol=1e-4)
-    assert abs(simulation.coordinate("tool_knuckle")) > 1e-3
+    assert abs(simulation.kinematics.coordinate("tool_knuckle")) > 1e-3
 
 
 # Breaks when what was fixed to the world of a model does not hold on to the body that takes its place: a base

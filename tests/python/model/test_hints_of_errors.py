@@ -109,7 +109,7 @@ def test_remedy_is_told(slip):
     ("read", "name", "message"),
     [
         (amontons.load_model, "a.stl", "a.stl: unknown kind of file; known suffixes are .xml"),
-        (amontons.read_problem, "a.txt", "a.txt: unknown kind of file; known suffixes are .hdf5"),
+        (amontons.vi.read_problem, "a.txt", "a.txt: unknown kind of file; known suffixes are .hdf5"),
         (amontons.read_recording, "a.csv", "a.csv: is no HDF5 file"),
         (lambda path: amontons.record(path, simulation()), "b.csv", "b.csv: .* HDF5 files: name it b.h5"),
     ],

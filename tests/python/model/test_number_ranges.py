@@ -51,7 +51,7 @@ def test_options_of_simulations(name, model):
 def test_options_of_solves(name):
     for value in outside(name):
         with pytest.raises(amontons.InputError, match=rf"{name} (=|is) "):
-            amontons.solve(np.eye(3), np.ones(3), "bilateral", **{name: value})
+            amontons.vi.solve(np.eye(3), np.ones(3), "bilateral", **{name: value})
 
 
 # Breaks when a duration or an interval of frames goes through unchecked.
@@ -80,7 +80,7 @@ def test_numbers_of_models(value):
     with pytest.raises(amontons.InputError, match="radius"):
         amontons.shapes.Sphere(value * 10**15)
     with pytest.raises(amontons.InputError, match="mass"):
-        amontons.Body(mass=value * 10**15)
+        amontons.parts.Body(mass=value * 10**15)
 
 
 # Breaks when a value that cannot be printed, or is endless, breaks or fills the message.
@@ -93,7 +93,7 @@ def test_messages_stay_short():
     assert shown(10**5000) == "a int"
     assert len(shown("x" * 10**6)) < 100
     with pytest.raises(amontons.InputError, match="tolerance = a Unshown; it must be a number"):
-        amontons.solve(np.eye(3), np.ones(3), "bilateral", tolerance=Unshown())
+        amontons.vi.solve(np.eye(3), np.ones(3), "bilateral", tolerance=Unshown())
 
 
 # Breaks when an option has a range that the documents do not tell.
@@ -113,24 +113,24 @@ def test_ranges_are_documented(root):
         (lambda m: amontons.rollout(m, [amontons.Simulation(m)], steps=1, sensors=np.eye(3)), "sensors ="),
         (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([]), rest=np.array(1)), "rest"),
         (lambda m: amontons.ModelBuilder().add_tendon(joints=np.array([1.0, 2.0])), "joints has"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral", name=np.eye(3)), "name is"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral", notes=[1]), r"notes\[0\] is"),
-        (lambda m: amontons.Actuator(name=object()), "name of actuator"),
-        (lambda m: amontons.Factored([1.0], "x", [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
-        (lambda m: amontons.Factored([1.0], 10**400, [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
-        (lambda m: amontons.Problem(np.eye(1), [1], "bilateral").write("x" * 10**5), "too long"),
+        (lambda m: amontons.vi.Problem(np.eye(1), [1], "bilateral", name=np.eye(3)), "name is"),
+        (lambda m: amontons.vi.Problem(np.eye(1), [1], "bilateral", notes=[1]), r"notes\[0\] is"),
+        (lambda m: amontons.parts.Actuator(name=object()), "name of actuator"),
+        (lambda m: amontons.vi.Factored([1.0], "x", [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
+        (lambda m: amontons.vi.Factored([1.0], 10**400, [0], [-1], np.ones((1, 6)), None), "inverse_inertia"),
+        (lambda m: amontons.vi.Problem(np.eye(1), [1], "bilateral").write("x" * 10**5), "too long"),
     ],
 )
 def test_things_of_another_kind(call, message, model):
     with pytest.raises(amontons.InputError, match=message) as raised:
         call(model)
     assert len(str(raised.value)) < 1000
-    assert amontons.EllipticFriction(0.3, rolling=()).rows == 0
+    assert amontons.vi.EllipticFriction(0.3, rolling=()).rows == 0
 
 
 # Breaks when a yes or no is whatever counts as one: of an array NumPy cannot say, and raised its own error.
 @pytest.mark.parametrize("value", [1, "yes", np.ones((3, 3)), None])
 def test_flags_of_parts(value):
-    for make in (lambda: amontons.Joint(closes_loop=value), lambda: amontons.Actuator(early=value)):
+    for make in (lambda: amontons.Joint(closes_loop=value), lambda: amontons.parts.Actuator(early=value)):
         with pytest.raises(amontons.InputError, match="must be True or False"):
             make()

@@ -7,7 +7,8 @@ from math import sqrt
 import amontons
 import numpy as np
 import pytest
-from amontons import Material, ModelBuilder, ModelWarning, Motor, PairMaterial, Simulation, shapes
+from amontons import Material, ModelBuilder, ModelWarning, Motor, Simulation, shapes
+from amontons.parts import PairMaterial
 
 
 def robot():

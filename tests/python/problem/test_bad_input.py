@@ -65,7 +65,7 @@ class BadDiagonal:
         ),
         ((np.eye(4), np.ones(4), "friction"), "4 rows, which is no multiple of three"),
         (
-            (EYE, ONES, [amontons.Bilateral(2)]),
+            (EYE, ONES, [amontons.vi.Bilateral(2)]),
             r"the cones have 2 rows in all but A has 3 \(a friction cone takes",
         ),
         (
@@ -79,7 +79,7 @@ class BadDiagonal:
 def test_matrix_vector_and_cones(arguments, message):
     mu = 0.3 if "multiple" in message else None
     with pytest.raises((amontons.InputError, ValueError), match=message):
-        amontons.solve(*arguments, mu=mu)
+        amontons.vi.solve(*arguments, mu=mu)
 
 
 # Breaks when two contradictory options are accepted, or an unknown one is ignored.
@@ -92,7 +92,7 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"mu": np.inf}, r"mu\[0\] = inf"),
         ({"mu": "rough"}, "mu must hold real numbers"),
         ({"mu": 0.3, "cones": "bilateral"}, "mu is given but no cone is a friction cone; drop mu or"),
-        ({"mu": 0.3, "cones": [amontons.Friction(0.3)]}, "mu is given twice"),
+        ({"mu": 0.3, "cones": [amontons.vi.Friction(0.3)]}, "mu is given twice"),
         ({"law": "newton"}, "unknown law 'newton'; known are associated, coulomb"),
         ({"method": "simplex"}, "unknown method 'simplex'; known are auto, .*p-spg-fb.*interior-point"),
         ({"method": None}, "unknown method None"),
@@ -138,26 +138,29 @@ def test_options(options, message):
     cones = options.pop("cones", "friction")
     mu = options.pop("mu", 0.3 if cones == "friction" else None)
     with pytest.raises(amontons.InputError, match=message):
-        amontons.solve(EYE, -ONES, cones, mu=mu, **options)
+        amontons.vi.solve(EYE, -ONES, cones, mu=mu, **options)
 
 
 # Breaks when a cone can be made that has no meaning.
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: amontons.Bilateral(-1), r"Bilateral\(n\): n = -1"),
-        (lambda: amontons.Bilateral(1.5), r"Bilateral\(n\): n = 1.5; give the number of rows as an integer"),
-        (lambda: amontons.NonNegative(True), r"NonNegative\(n\): n = True"),
-        (lambda: amontons.Interval(1, -1), "interval 0: lo = 1.0+ is above hi = -1.0+; swap them"),
-        (lambda: amontons.Interval([0, 0], [1, np.nan]), "interval 1: a bound is NaN"),
-        (lambda: amontons.Interval([0, 0], [1, 1, 1]), "lo has 2 entries and hi 3"),
-        (lambda: amontons.Interval(np.inf, np.inf), "interval 0 is empty"),
-        (lambda: amontons.Friction(), "Friction needs the coefficients mu or the number of contacts n"),
-        (lambda: amontons.Friction([0.1, -0.2]), r"mu\[1\] = -0.2.*not negative"),
-        (lambda: amontons.Friction([0.1, 0.2], n=3), "mu has 2 entries but n = 3"),
-        (lambda: amontons.Friction([[0.1]]), r"Friction: mu has shape \(1, 1\)"),
-        (lambda: amontons.Friction(-2), r"mu\[0\] = -2.*not negative"),
-        (lambda: amontons.Friction(n=-2), r"Friction\(n\): n = -2"),
+        (lambda: amontons.vi.Bilateral(-1), r"Bilateral\(n\): n = -1"),
+        (
+            lambda: amontons.vi.Bilateral(1.5),
+            r"Bilateral\(n\): n = 1.5; give the number of rows as an integer",
+        ),
+        (lambda: amontons.vi.NonNegative(True), r"NonNegative\(n\): n = True"),
+        (lambda: amontons.vi.Interval(1, -1), "interval 0: lo = 1.0+ is above hi = -1.0+; swap them"),
+        (lambda: amontons.vi.Interval([0, 0], [1, np.nan]), "interval 1: a bound is NaN"),
+        (lambda: amontons.vi.Interval([0, 0], [1, 1, 1]), "lo has 2 entries and hi 3"),
+        (lambda: amontons.vi.Interval(np.inf, np.inf), "interval 0 is empty"),
+        (lambda: amontons.vi.Friction(), "Friction needs the coefficients mu or the number of contacts n"),
+        (lambda: amontons.vi.Friction([0.1, -0.2]), r"mu\[1\] = -0.2.*not negative"),
+        (lambda: amontons.vi.Friction([0.1, 0.2], n=3), "mu has 2 entries but n = 3"),
+        (lambda: amontons.vi.Friction([[0.1]]), r"Friction: mu has shape \(1, 1\)"),
+        (lambda: amontons.vi.Friction(-2), r"mu\[0\] = -2.*not negative"),
+        (lambda: amontons.vi.Friction(n=-2), r"Friction\(n\): n = -2"),
     ],
 )
 def test_cones(make, message):
@@ -174,7 +177,7 @@ def factored(**changes):
         "jacobian_a": np.ones((3, 6)),
         "jacobian_b": np.ones((3, 6)),
     }
-    return amontons.Factored(**(arguments | changes))
+    return amontons.vi.Factored(**(arguments | changes))
 
 
 # Breaks when an array of the factored operator is taken unchecked: the core indexes with it.
@@ -214,7 +217,7 @@ def test_factored_friction_cone_of_different_bodies():
     with pytest.raises(
         amontons.InputError, match="rows 0 to 2 are one friction cone and must act on the same two"
     ):
-        amontons.Problem(factored(), ONES, "friction", mu=0.3)
+        amontons.vi.Problem(factored(), ONES, "friction", mu=0.3)
 
 
 # Breaks when a contact is taken unchecked.
@@ -244,14 +247,14 @@ def test_contacts(changes, message):
         "normal": [[0, 0, 1.0]],
     }
     with pytest.raises(amontons.InputError, match=message):
-        amontons.Contacts(**(arguments | changes))
+        amontons.vi.Contacts(**(arguments | changes))
 
 
 # Breaks when cones that do not follow the rows of Contacts are accepted.
 def test_contacts_with_other_cones():
     A, b, cones = pile()
     with pytest.raises(amontons.InputError, match="cones must start with one friction cone per contact"):
-        amontons.Problem(A, b, [cones[1], *cones[:1], cones[2]])
+        amontons.vi.Problem(A, b, [cones[1], *cones[:1], cones[2]])
 
 
 # Breaks when the residual of something else than an iterate is computed.
@@ -264,9 +267,9 @@ def test_contacts_with_other_cones():
     ],
 )
 def test_residual(arguments, options, message):
-    problem = amontons.Problem(EYE, ONES, "bilateral")
+    problem = amontons.vi.Problem(EYE, ONES, "bilateral")
     with pytest.raises(amontons.InputError, match=message):
-        amontons.residual(problem, *arguments, **options)
+        amontons.vi.residual(problem, *arguments, **options)
 
 
 # An indefinite matrix with a positive diagonal: nothing can see it up front. Breaks when a method does not
@@ -280,7 +283,7 @@ def test_indefinite_matrix_ends_cleanly(method, cones):
     A = random_spd(6) - 4 * np.eye(6)
     np.fill_diagonal(A, np.abs(np.diag(A)))
     assert np.linalg.eigvalsh(A)[0] < 0 < A.diagonal().min()
-    problem = amontons.Problem(A, np.linspace(-1, 1, 6), cones)
+    problem = amontons.vi.Problem(A, np.linspace(-1, 1, 6), cones)
     limits = {"method": method, "deadline": 2, "max_iterations": 20000}
     if method != "p-spg-fb-literal":
         with pytest.raises(amontons.InputError, match="A is not positive semidefinite"):
@@ -296,4 +299,4 @@ def test_indefinite_matrix_ends_cleanly(method, cones):
 def test_errors_are_value_errors():
     assert issubclass(amontons.InputError, ValueError)
     assert issubclass(amontons.FileError, amontons.InputError)
-    assert issubclass(amontons.SymmetrisedWarning, UserWarning)
+    assert issubclass(amontons.vi.SymmetrisedWarning, UserWarning)

@@ -30,12 +30,12 @@ def run(*arguments):
 def test_problem_of_a_step(law):
     simulation, problem = sliding(law)
     assert problem.law == law
-    assert problem.residual(simulation.impulses) <= simulation.options["tolerance"]
-    assert problem.residual(simulation.impulses, law=OTHER[law]) > 0.1
-    assert amontons.residual(problem, simulation.impulses) <= 1e-6
-    assert np.linalg.norm(problem.natural_map(simulation.impulses)) < 1e-8
-    assert np.allclose(problem.solve(tolerance=1e-10).x, simulation.impulses, atol=1e-5)
-    assert np.allclose(amontons.violations(problem, simulation.impulses)[1:3], 0, atol=1e-6)
+    assert problem.residual(simulation.forces.impulses) <= simulation.options["tolerance"]
+    assert problem.residual(simulation.forces.impulses, law=OTHER[law]) > 0.1
+    assert amontons.vi.residual(problem, simulation.forces.impulses) <= 1e-6
+    assert np.linalg.norm(problem.natural_map(simulation.forces.impulses)) < 1e-8
+    assert np.allclose(problem.solve(tolerance=1e-10).x, simulation.forces.impulses, atol=1e-5)
+    assert np.allclose(amontons.vi.violations(problem, simulation.forces.impulses)[1:3], 0, atol=1e-6)
     # The law of the problem stays when that of the simulation changes.
     simulation.change_options(law=OTHER[law])
     assert problem.law == law
@@ -53,15 +53,15 @@ def test_solving_a_step_again_does_not_lift():
 # Breaks when arrays have another default, or the law by name is not that of the solve.
 def test_arrays_are_coulomb():
     A, b = np.eye(3), [-1.0, 2.0, 0.0]
-    assert amontons.Problem(A, b, "friction", mu=0.5).law == "coulomb"
-    assert np.allclose(amontons.solve(A, b, "friction", mu=0.5, tolerance=1e-10).x, [1, -0.5, 0])
-    relaxed = amontons.Problem(A, b, "friction", mu=0.5, law="associated")
+    assert amontons.vi.Problem(A, b, "friction", mu=0.5).law == "coulomb"
+    assert np.allclose(amontons.vi.solve(A, b, "friction", mu=0.5, tolerance=1e-10).x, [1, -0.5, 0])
+    relaxed = amontons.vi.Problem(A, b, "friction", mu=0.5, law="associated")
     assert relaxed.law == "associated"
     assert np.allclose(relaxed.solve(tolerance=1e-10).x, [1.6, -0.8, 0])
     assert np.allclose(relaxed.solve(law="coulomb", tolerance=1e-10).x, [1, -0.5, 0])
     assert relaxed.residual([1.6, -0.8, 0]) == pytest.approx(0, abs=1e-12)
     with pytest.raises(amontons.InputError, match="unknown law 'hooke'"):
-        amontons.Problem(A, b, "friction", mu=0.5, law="hooke")
+        amontons.vi.Problem(A, b, "friction", mu=0.5, law="hooke")
     with pytest.raises(AttributeError):
         relaxed.law = "coulomb"
 
@@ -72,18 +72,18 @@ def test_arrays_are_coulomb():
 def test_files_keep_the_law(tmp_path, name, law):
     simulation, problem = sliding(law)
     problem.write(tmp_path / name)
-    again = amontons.read_problem(tmp_path / name)
+    again = amontons.vi.read_problem(tmp_path / name)
     assert again.law == law
-    assert again.residual(simulation.impulses) <= 1e-6
+    assert again.residual(simulation.forces.impulses) <= 1e-6
 
 
 def test_files_that_say_nothing_are_coulomb(tmp_path, root):
     np.savez(tmp_path / "p.npz", A_dense=np.eye(3), b=[-1.0, 2.0, 0.0], mu=[0.5])
-    assert amontons.read_problem(tmp_path / "p.npz").law == "coulomb"
-    assert amontons.read_problem(root / "examples/problems/wall_impact.hdf5").law == "coulomb"
+    assert amontons.vi.read_problem(tmp_path / "p.npz").law == "coulomb"
+    assert amontons.vi.read_problem(root / "examples/problems/wall_impact.hdf5").law == "coulomb"
     np.savez(tmp_path / "q.npz", A_dense=np.eye(3), b=[-1.0, 2.0, 0.0], mu=[0.5], law="hooke")
     with pytest.raises(amontons.FileError, match="q.npz: unknown law 'hooke'; known are"):
-        amontons.read_problem(tmp_path / "q.npz")
+        amontons.vi.read_problem(tmp_path / "q.npz")
 
 
 # Breaks when a command has a law of its own, or does not say which it took.

@@ -30,8 +30,8 @@ def check(cones, x):
 def frictional(kind, values, form):
     """Elliptic or rolling cones with coefficients (n, 5); form: 0 for three rows, 1 for four, 2 for six."""
     if kind == "rolling":
-        return amontons.RollingFriction(values[:, 0], values[:, 1])
-    return amontons.EllipticFriction(
+        return amontons.vi.RollingFriction(values[:, 0], values[:, 1])
+    return amontons.vi.EllipticFriction(
         values[:, :2], values[:, 2] if form else None, values[:, 3:] if form == 2 else None
     )
 
@@ -47,7 +47,7 @@ def products(draw):
             )
         )
         if kind == "friction":
-            cones.append(amontons.Friction(draw(st.lists(coefficients, min_size=1, max_size=12))))
+            cones.append(amontons.vi.Friction(draw(st.lists(coefficients, min_size=1, max_size=12))))
         elif kind in ("elliptic", "rolling"):
             values = np.array(draw(st.lists(st.tuples(*[coefficients] * 5), min_size=1, max_size=6)))
             cones.append(frictional(kind, values, draw(st.integers(0, 2))))
@@ -55,10 +55,10 @@ def products(draw):
             bounds = np.array(draw(st.lists(st.tuples(components, components), min_size=1, max_size=4)))
             bounds.sort(axis=1)
             bounds[draw(st.integers(0, len(bounds) - 1)), 1] = np.inf
-            cones.append(amontons.Interval(bounds[:, 0], bounds[:, 1]))
+            cones.append(amontons.vi.Interval(bounds[:, 0], bounds[:, 1]))
         else:
             cones.append(
-                {"bilateral": amontons.Bilateral, "nonnegative": amontons.NonNegative}[kind](
+                {"bilateral": amontons.vi.Bilateral, "nonnegative": amontons.vi.NonNegative}[kind](
                     draw(st.integers(1, 3))
                 )
             )
@@ -93,7 +93,7 @@ def test_friction_in_the_frame_of_its_boundary(mu, ray, normal, angle):
     if t < 0:
         return
     x = np.array([ray * c - abs(normal) * s, *(t * direction)])
-    p = project([amontons.Friction([mu])], x)
+    p = project([amontons.vi.Friction([mu])], x)
     assert np.allclose(
         p, max(ray, 0) * np.array([c, *(s * direction)]), rtol=0, atol=1e-14 * (1 + np.abs(x).sum())
     )
@@ -103,10 +103,10 @@ def test_thousands_of_random_projections_at_once():
     """A product of 3000 cones: breaks when a run or its parameters are indexed wrongly far from the start."""
     rng = np.random.default_rng(3)
     cones = [
-        amontons.Friction(rng.uniform(0.01, 3, 1500)),
-        amontons.NonNegative(700),
-        amontons.Friction(np.where(rng.random(500) < 0.2, 0, rng.uniform(0.01, 1, 500))),
-        amontons.Interval(-rng.random(300), rng.random(300)),
+        amontons.vi.Friction(rng.uniform(0.01, 3, 1500)),
+        amontons.vi.NonNegative(700),
+        amontons.vi.Friction(np.where(rng.random(500) < 0.2, 0, rng.uniform(0.01, 1, 500))),
+        amontons.vi.Interval(-rng.random(300), rng.random(300)),
     ]
     x = rng.normal(size=sum(cone.rows for cone in cones))
     check(cones, x)

@@ -164,4 +164,4 @@ def test_warm_starts_on_real_files():
         rough = problem.solve(method="p-spg-fb", tolerance=1e-2, max_iterations=200)
         again = problem.solve(method="p-spg-fb", tolerance=1e-12, max_iterations=20, x0=rough.x)
         assert again.residual <= rough.residual * (1 + 1e-9), name
-        assert isinstance(again, amontons.Solution)
+        assert isinstance(again, amontons.vi.Solution)

@@ -24,7 +24,7 @@ def forms(problem):
 
     kinds = {"contacts": A, "factored": A.stored(), "sparse": matrix, "dense": matrix.toarray()}
     kinds["function"] = Function()
-    return {name: amontons.Problem(form, problem.b, problem.cones) for name, form in kinds.items()}
+    return {name: amontons.vi.Problem(form, problem.b, problem.cones) for name, form in kinds.items()}
 
 
 # Breaks when a form of A is not the same problem in the same units: the residual of any x would differ.
@@ -34,11 +34,11 @@ def test_all_forms_are_one_problem(kind, law):
     for seed in range(20):
         problem = random_problem(kind, seed, size=[1.0, 0.02, 50.0][seed % 3], joints=seed % 3)
         x = np.random.default_rng(seed).normal(size=problem.rows)
-        expected, violations = problem.residual(x, law=law), amontons.violations(problem, x, law=law)
+        expected, violations = problem.residual(x, law=law), amontons.vi.violations(problem, x, law=law)
         for name, other in forms(problem).items():
             assert np.allclose(other.A.matvec(x) if name == "function" else other.A @ x, problem.A @ x)
             assert other.residual(x, law=law) == pytest.approx(expected, rel=1e-9), name
-            assert amontons.violations(other, x, law=law) == pytest.approx(violations, rel=1e-9), name
+            assert amontons.vi.violations(other, x, law=law) == pytest.approx(violations, rel=1e-9), name
             assert np.array_equal(other.b, problem.b)
             s = other.solve(law=law, tolerance=1e-6)
             assert s.residual == pytest.approx(problem.residual(s.x, law=law), rel=1e-6, abs=1e-13)
@@ -108,12 +108,12 @@ def test_the_unit_of_length_does_not_matter(kind):
         cone, block = problem.cones[0], BLOCK[kind]
         unit = np.tile(np.where(np.arange(block) < 3, 1.0, 1000.0), cone.n)  # x_mm = unit x, u_mm = u / unit
         if kind == "rolling":
-            in_mm = amontons.RollingFriction(cone.mu, 1000 * cone.rolling)
+            in_mm = amontons.vi.RollingFriction(cone.mu, 1000 * cone.rolling)
         else:
             rolling = None if cone.rolling is None else 1000 * cone.rolling
-            in_mm = amontons.EllipticFriction(cone.mu, 1000 * cone.torsion, rolling)
+            in_mm = amontons.vi.EllipticFriction(cone.mu, 1000 * cone.torsion, rolling)
         matrix = problem.A.to_sparse().toarray() / np.outer(unit, unit)
-        millimetres = amontons.Problem(matrix, problem.b / unit, in_mm)
+        millimetres = amontons.vi.Problem(matrix, problem.b / unit, in_mm)
         x = np.random.default_rng(seed).normal(size=problem.rows)
         for law in ("associated", "coulomb"):
             assert millimetres.residual(unit * x, law=law) == pytest.approx(problem.residual(x, law=law))
@@ -127,8 +127,8 @@ def test_any_moment_length_gives_the_same_motion():
     arrays = {key: value for key, value in vars(problem.A).items() if not key.startswith("_")}
     s = problem.solve(law="associated", tolerance=1e-10)
     for length in (0.1, 3.0):
-        A = amontons.Contacts.from_arrays({**arrays, "moment_length": np.full(problem.contacts, length)})
-        other = amontons.Problem(A, problem.b, problem.cones)
+        A = amontons.vi.Contacts.from_arrays({**arrays, "moment_length": np.full(problem.contacts, length)})
+        other = amontons.vi.Problem(A, problem.b, problem.cones)
         x = np.random.default_rng(1).normal(size=problem.rows)
         assert np.allclose(A @ x, problem.A @ x)
         assert other.residual(x) != pytest.approx(problem.residual(x), rel=1e-3)
@@ -139,7 +139,7 @@ def test_any_moment_length_gives_the_same_motion():
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_problem_of_the_core_is_in_the_users_units(kind):
     problem = random_problem(kind, 5, joints=2)
-    shared = amontons.Problem._from_core(problem._core, name="", description="", source="")
+    shared = amontons.vi.Problem._from_core(problem._core, name="", description="", source="")
     x = np.random.default_rng(0).normal(size=problem.rows)
     assert np.allclose(shared.b, problem.b, rtol=1e-14)
     assert np.allclose(shared.A @ x, problem.A @ x)
@@ -169,13 +169,13 @@ def test_warm_start_is_in_the_users_units(kind):
 def test_sets_that_mean_the_same(law):
     problem = random_problem("elliptic-3", 11)
     mu, n = 0.6, problem.contacts
-    circular = amontons.Problem(problem.A, problem.b, amontons.Friction(mu, n=n))
-    elliptic = amontons.Problem(problem.A, problem.b, amontons.EllipticFriction(mu, n=n))
+    circular = amontons.vi.Problem(problem.A, problem.b, amontons.vi.Friction(mu, n=n))
+    elliptic = amontons.vi.Problem(problem.A, problem.b, amontons.vi.EllipticFriction(mu, n=n))
     rows = np.arange(5 * n).reshape(n, 5)[:, :3].ravel()
     embed = sp.csr_array((np.ones(3 * n), (rows, np.arange(3 * n))), shape=(5 * n, 3 * n))
     # Rolling rows that nothing moves: they add nothing.
-    rolling = amontons.Problem(
-        embed @ problem.A.to_sparse() @ embed.T, embed @ problem.b, amontons.RollingFriction(mu, 0.1, n=n)
+    rolling = amontons.vi.Problem(
+        embed @ problem.A.to_sparse() @ embed.T, embed @ problem.b, amontons.vi.RollingFriction(mu, 0.1, n=n)
     )
     solutions = [p.solve(law=law, tolerance=1e-10) for p in (circular, elliptic, rolling)]
     assert all(s.converged for s in solutions)
@@ -191,19 +191,22 @@ def test_sets_that_mean_the_same(law):
     ("make", "message"),
     [
         (
-            lambda: amontons.EllipticFriction([0.1, -0.2]),
+            lambda: amontons.vi.EllipticFriction([0.1, -0.2]),
             "mu along tangent 1 of elliptic friction cone 1 is -0.2",
         ),
-        (lambda: amontons.EllipticFriction(0.1, torsion=np.nan), "torsion of elliptic"),
-        (lambda: amontons.EllipticFriction(np.ones((2, 3))), r"mu has shape \(2, 3\)"),
-        (lambda: amontons.EllipticFriction([0.1, 0.2], torsion=[1, 2, 3]), "entries but there are"),
-        (lambda: amontons.EllipticFriction([0.1, 0.2], n=3), "mu has 2 entries but there are 3 contacts"),
-        (lambda: amontons.EllipticFriction("a"), "mu must be numbers"),
-        (lambda: amontons.RollingFriction(0.1, -1), "^rolling of rolling friction cone 0 is -1"),
-        (lambda: amontons.RollingFriction([[0.1, 0.2]], 1), r"mu has shape \(1, 2\); give one number"),
-        (lambda: amontons.Problem(np.eye(7), np.ones(7), [amontons.RollingFriction(1, 1)]), "have 5 rows"),
+        (lambda: amontons.vi.EllipticFriction(0.1, torsion=np.nan), "torsion of elliptic"),
+        (lambda: amontons.vi.EllipticFriction(np.ones((2, 3))), r"mu has shape \(2, 3\)"),
+        (lambda: amontons.vi.EllipticFriction([0.1, 0.2], torsion=[1, 2, 3]), "entries but there are"),
+        (lambda: amontons.vi.EllipticFriction([0.1, 0.2], n=3), "mu has 2 entries but there are 3 contacts"),
+        (lambda: amontons.vi.EllipticFriction("a"), "mu must be numbers"),
+        (lambda: amontons.vi.RollingFriction(0.1, -1), "^rolling of rolling friction cone 0 is -1"),
+        (lambda: amontons.vi.RollingFriction([[0.1, 0.2]], 1), r"mu has shape \(1, 2\); give one number"),
         (
-            lambda: amontons.Problem(np.eye(5), np.ones(5), ["rolling"]),
+            lambda: amontons.vi.Problem(np.eye(7), np.ones(7), [amontons.vi.RollingFriction(1, 1)]),
+            "have 5 rows",
+        ),
+        (
+            lambda: amontons.vi.Problem(np.eye(5), np.ones(5), ["rolling"]),
             "EllipticFriction, RollingFriction or PlanarFriction",
         ),
     ],
@@ -215,16 +218,16 @@ def test_bad_cones_are_named(make, message):
 
 # Breaks when a form of the arguments means something else than the docstring says.
 def test_forms_of_the_arguments():
-    assert amontons.EllipticFriction(0.5).kind == "elliptic-3"
-    assert amontons.EllipticFriction(0.5, torsion=0.01, n=100).rows == 400
-    six = amontons.EllipticFriction([0.3, 0.5], rolling=1e-3)
+    assert amontons.vi.EllipticFriction(0.5).kind == "elliptic-3"
+    assert amontons.vi.EllipticFriction(0.5, torsion=0.01, n=100).rows == 400
+    six = amontons.vi.EllipticFriction([0.3, 0.5], rolling=1e-3)
     assert six.rows == 12
     assert np.array_equal(np.stack(six.parameters, 1), [[0.3, 0.3, 0, 1e-3, 1e-3], [0.5, 0.5, 0, 1e-3, 1e-3]])
-    one = amontons.EllipticFriction([[0.3, 0.6]], rolling=[[1e-3, 2e-3]])
+    one = amontons.vi.EllipticFriction([[0.3, 0.6]], rolling=[[1e-3, 2e-3]])
     assert np.array_equal(np.stack(one.parameters, 1), [[0.3, 0.6, 0, 1e-3, 2e-3]])
-    assert amontons.RollingFriction(0.3, 0.01, n=3).rows == 15
-    problem = amontons.Problem(
-        np.eye(8), np.ones(8), [amontons.Friction(0.2), amontons.RollingFriction(0.4, 1)]
+    assert amontons.vi.RollingFriction(0.3, 0.01, n=3).rows == 15
+    problem = amontons.vi.Problem(
+        np.eye(8), np.ones(8), [amontons.vi.Friction(0.2), amontons.vi.RollingFriction(0.4, 1)]
     )
     assert problem.contacts == 2
     assert problem.mu.tolist() == [0.2, 0.4]

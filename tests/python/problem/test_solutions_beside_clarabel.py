@@ -42,7 +42,7 @@ def random_problem(rng, bodies, mu, kinds, compliance, speculative):
     inverse_mass = 10 ** rng.uniform(-1, 1, bodies)
     roots = rng.normal(size=(bodies, 3, 3))
     inertia = inverse_mass[:, None, None] * (roots @ roots.transpose(0, 2, 1) / 3 + 0.1 * np.eye(3))
-    A = amontons.Factored(
+    A = amontons.vi.Factored(
         inverse_mass,
         inertia,
         body_a,
@@ -53,11 +53,12 @@ def random_problem(rng, bodies, mu, kinds, compliance, speculative):
     )
     b = A.jacobian() @ rng.normal(size=6 * bodies)
     b[: 3 * len(mu) : 3] += speculative * rng.integers(0, 2, len(mu))
-    cones = [amontons.Friction(mu)] if len(mu) else []
+    cones = [amontons.vi.Friction(mu)] if len(mu) else []
     cones += [
-        [amontons.Bilateral(1), amontons.NonNegative(1), amontons.Interval(-0.3, 0.2)][kind] for kind in kinds
+        [amontons.vi.Bilateral(1), amontons.vi.NonNegative(1), amontons.vi.Interval(-0.3, 0.2)][kind]
+        for kind in kinds
     ]
-    return amontons.Problem(A, b, cones)
+    return amontons.vi.Problem(A, b, cones)
 
 
 @st.composite
@@ -187,7 +188,7 @@ def test_dense_matrices_of_low_rank(seed, contacts, rank):
     B = rng.normal(size=(3 * contacts, rank))
     c = rng.normal(size=rank)
     b = B @ c
-    problem = amontons.Problem(B @ B.T, b, [amontons.Friction(rng.uniform(0, 2, contacts))])
+    problem = amontons.vi.Problem(B @ B.T, b, [amontons.vi.Friction(rng.uniform(0, 2, contacts))])
     try:
         x, _ = minimise(B @ B.T, b, problem.cones)
     except ArithmeticError:

@@ -13,7 +13,7 @@ from waiting import LONGEST, processor_time
 
 
 def wall():
-    return amontons.read_problem(EXAMPLES / "wall_impact.hdf5")
+    return amontons.vi.read_problem(EXAMPLES / "wall_impact.hdf5")
 
 
 FOREVER = {"tolerance": 0, "max_iterations": 10**9, "method": "p-spg-fb-literal"}
@@ -23,7 +23,7 @@ FOREVER = {"tolerance": 0, "max_iterations": 10**9, "method": "p-spg-fb-literal"
 @pytest.mark.parametrize("v", [0.3, 2.0])
 def test_one_contact_associated(v):
     A, b, cones = one_contact(mu=0.5, tangential_velocity=v)
-    solution = amontons.solve(A, b, cones, law="associated", tolerance=1e-12)
+    solution = amontons.vi.solve(A, b, cones, law="associated", tolerance=1e-12)
     foot = (1 + 0.5 * v) / 1.25
     expected = [1, -v, 0] if v <= 0.5 else [foot, -0.5 * foot, 0]
     assert np.allclose(solution.x, expected, atol=1e-10)
@@ -33,25 +33,25 @@ def test_one_contact_associated(v):
 # Coulomb: u_n = 0 while sliding, so x_n = 1 and x_t = -mu; no lift. Breaks when the De Saxce term is lost.
 def test_one_contact_coulomb_slides_without_lift():
     A, b, cones = one_contact(mu=0.5, tangential_velocity=2.0)
-    solution = amontons.solve(A, b, cones, law="coulomb", tolerance=1e-10)
+    solution = amontons.vi.solve(A, b, cones, law="coulomb", tolerance=1e-10)
     assert solution.converged
     assert np.allclose(solution.x, [1, -0.5, 0], atol=1e-8)
-    assert amontons.residual(amontons.Problem(A, b, cones), solution.x, law="coulomb") < 1e-9
-    assert amontons.residual(amontons.Problem(A, b, cones), solution.x, law="associated") > 0.1
+    assert amontons.vi.residual(amontons.vi.Problem(A, b, cones), solution.x, law="coulomb") < 1e-9
+    assert amontons.vi.residual(amontons.vi.Problem(A, b, cones), solution.x, law="associated") > 0.1
 
 
 # Breaks when a field is missing, has another type, or the history is not that of the solve.
 def test_solution_is_complete():
     problem = wall()
     solution = problem.solve(method="p-spg-fb", max_iterations=50, tolerance=1e-12, history=True)
-    assert isinstance(solution, amontons.Solution)
+    assert isinstance(solution, amontons.vi.Solution)
     assert solution.x.shape == solution.u.shape == (problem.rows,)
     assert np.allclose(solution.u, problem.A @ solution.x + problem.b, atol=1e-12)
     assert solution.status == "iteration_limit"
     assert not solution.converged
     assert solution.iterations == 50
     assert solution.method == "p-spg-fb"
-    assert solution.residual == pytest.approx(amontons.residual(problem, solution.x), rel=1e-12)
+    assert solution.residual == pytest.approx(amontons.vi.residual(problem, solution.x), rel=1e-12)
     assert solution.objective == pytest.approx(0.5 * solution.x @ (solution.u + problem.b))
     history = solution.history
     assert history.dtype.names == (
@@ -66,7 +66,7 @@ def test_solution_is_complete():
 
 # Breaks when the printed form hides what a user looks for.
 def test_repr_tells_the_outcome():
-    solution = amontons.solve(np.eye(1), [1.0], "bilateral")
+    solution = amontons.vi.solve(np.eye(1), [1.0], "bilateral")
     text = repr(solution)
     for word in ("converged", "method", "residual", "objective", "products", "1 impulses"):
         assert word in text
@@ -77,7 +77,7 @@ def test_repr_tells_the_outcome():
 
 # Breaks when the arrays of a solution die with it, or are copied.
 def test_arrays_outlive_the_solution():
-    solution = amontons.solve(np.eye(2), [1.0, 2.0], "bilateral")
+    solution = amontons.vi.solve(np.eye(2), [1.0, 2.0], "bilateral")
     x = solution.x
     assert np.shares_memory(x, solution.x)
     del solution
@@ -87,7 +87,7 @@ def test_arrays_outlive_the_solution():
 # Breaks when auto does not say what it did.
 def test_auto_says_what_it_picked():
     solution = wall().solve(tolerance=1e-3, deadline=5)
-    assert solution.method in amontons.methods()
+    assert solution.method in amontons.vi.methods()
     assert solution.method != "auto"
     assert solution.reason
 
@@ -151,7 +151,7 @@ def test_exceptions_propagate():
 
     A = scipy.sparse.linalg.LinearOperator(problem.A.shape, matvec=matvec, dtype=float)
     with pytest.raises(KeyError, match="from the product"):
-        amontons.solve(A, problem.b, problem.cones, method="p-spg-fb")
+        amontons.vi.solve(A, problem.b, problem.cones, method="p-spg-fb")
     assert problem.solve(max_iterations=2, method="p-spg-fb").iterations == 2
 
 
@@ -165,7 +165,7 @@ def test_callable_may_keep_its_argument():
         return dense @ x
 
     A = scipy.sparse.linalg.LinearOperator((6, 6), matvec=matvec, dtype=float)
-    amontons.solve(A, -np.ones(6), "nonnegative", method="p-spg-fb")
+    amontons.vi.solve(A, -np.ones(6), "nonnegative", method="p-spg-fb")
     assert len(kept) > 1
     assert all(np.array_equal(x, copy) for x, copy in kept)
 
@@ -204,7 +204,7 @@ def test_ctrl_c_inside_python_code(where):
         solution = problem.solve(**FOREVER, callback=interrupt)
     else:
         A = scipy.sparse.linalg.LinearOperator(problem.A.shape, matvec=matvec, dtype=float)
-        solution = amontons.solve(A, problem.b, problem.cones, **FOREVER)
+        solution = amontons.vi.solve(A, problem.b, problem.cones, **FOREVER)
     assert solution.status == "interrupted"
     assert np.isfinite(solution.x).all()
 
@@ -288,23 +288,23 @@ def test_method_options_reach_the_method(method, option):
 # Breaks when a measure is zero away from a solution, or not at one.
 def test_residual_norms_and_violations():
     A, b, cones = one_contact(mu=0.5, tangential_velocity=0.3)
-    problem = amontons.Problem(A, b, cones)
+    problem = amontons.vi.Problem(A, b, cones)
     for norm in ("natural", "plain", "plain_inf", "siconos"):
-        assert amontons.residual(problem, [1, -0.3, 0], norm=norm) == pytest.approx(0, abs=1e-15)
-        assert amontons.residual(problem, [0.5, 0, 0], norm=norm) > 0.1
-    assert amontons.residual(problem, np.zeros(3)) == 1
-    v = amontons.violations(problem, [0.0, 0.2, 0.0])
+        assert amontons.vi.residual(problem, [1, -0.3, 0], norm=norm) == pytest.approx(0, abs=1e-15)
+        assert amontons.vi.residual(problem, [0.5, 0, 0], norm=norm) > 0.1
+    assert amontons.vi.residual(problem, np.zeros(3)) == 1
+    v = amontons.vi.violations(problem, [0.0, 0.2, 0.0])
     assert v.penetration_velocity == pytest.approx(1)
     assert v.cone > 0.1
-    assert amontons.violations(problem, [1, -0.3, 0]).complementarity == pytest.approx(0, abs=1e-15)
+    assert amontons.vi.violations(problem, [1, -0.3, 0]).complementarity == pytest.approx(0, abs=1e-15)
 
 
 # Breaks when there is nothing to solve and the code divides by it.
 @pytest.mark.parametrize("law", ["associated", "coulomb"])
 def test_empty_problems(law):
-    for A in (np.zeros((0, 0)), amontons.Factored([1.0], [[1.0, 1, 1]], [], [], [], [])):
+    for A in (np.zeros((0, 0)), amontons.vi.Factored([1.0], [[1.0, 1, 1]], [], [], [], [])):
         for cones, mu in (([], None), ("friction", 0.3), ("bilateral", None)):
-            solution = amontons.solve(A, [], cones, mu=mu, law=law, history=True)
+            solution = amontons.vi.solve(A, [], cones, mu=mu, law=law, history=True)
             assert solution.converged
             assert len(solution.x) == 0
             assert solution.residual == 0
@@ -314,16 +314,16 @@ def test_empty_problems(law):
 @pytest.mark.parametrize(
     ("cone", "b", "x"),
     [
-        (amontons.Bilateral(1), 3.0, -1.5),
-        (amontons.NonNegative(1), 3.0, 0.0),
-        (amontons.NonNegative(1), -3.0, 1.5),
-        (amontons.Interval(-1, 1), -3.0, 1.0),
-        (amontons.Interval(-1, 1), 3.0, -1.0),
-        (amontons.Interval(-1, 1), 1.0, -0.5),
-        (amontons.Interval(2, np.inf), 1.0, 2.0),
+        (amontons.vi.Bilateral(1), 3.0, -1.5),
+        (amontons.vi.NonNegative(1), 3.0, 0.0),
+        (amontons.vi.NonNegative(1), -3.0, 1.5),
+        (amontons.vi.Interval(-1, 1), -3.0, 1.0),
+        (amontons.vi.Interval(-1, 1), 3.0, -1.0),
+        (amontons.vi.Interval(-1, 1), 1.0, -0.5),
+        (amontons.vi.Interval(2, np.inf), 1.0, 2.0),
     ],
 )
 def test_one_row(cone, b, x):
-    solution = amontons.solve([[2.0]], [b], cone, tolerance=1e-12)
+    solution = amontons.vi.solve([[2.0]], [b], cone, tolerance=1e-12)
     assert solution.converged
     assert solution.x[0] == pytest.approx(x, abs=1e-10)

@@ -6,15 +6,15 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 CONES = {
-    "bilateral": amontons.Bilateral(2),
-    "nonnegative": amontons.NonNegative(3),
-    "interval": amontons.Interval([-0.2, 0.1, -np.inf], [0.3, 0.4, 0.0]),
-    "friction": amontons.Friction([0.3, 0.8]),
-    "elliptic-3": amontons.EllipticFriction([[0.3, 0.6], [0.8, 0.8]]),
-    "elliptic-4": amontons.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], torsion=[0.02, 0.1]),
-    "elliptic-6": amontons.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], 0.05, [[0.01, 0.03], [0.1, 0.02]]),
-    "rolling": amontons.RollingFriction([0.3, 0.7], [0.02, 0.1]),
-    "planar": amontons.PlanarFriction([0.3, 0.7]),
+    "bilateral": amontons.vi.Bilateral(2),
+    "nonnegative": amontons.vi.NonNegative(3),
+    "interval": amontons.vi.Interval([-0.2, 0.1, -np.inf], [0.3, 0.4, 0.0]),
+    "friction": amontons.vi.Friction([0.3, 0.8]),
+    "elliptic-3": amontons.vi.EllipticFriction([[0.3, 0.6], [0.8, 0.8]]),
+    "elliptic-4": amontons.vi.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], torsion=[0.02, 0.1]),
+    "elliptic-6": amontons.vi.EllipticFriction([[0.3, 0.6], [0.5, 0.4]], 0.05, [[0.01, 0.03], [0.1, 0.02]]),
+    "rolling": amontons.vi.RollingFriction([0.3, 0.7], [0.02, 0.1]),
+    "planar": amontons.vi.PlanarFriction([0.3, 0.7]),
 }
 FORCES = 3
 
@@ -29,14 +29,14 @@ def random_problem(cones, seed=0, law="coulomb"):
             unit[row : row + cone.rows].reshape(cone.n, -1)[:, FORCES:] = 10.0
         row += cone.rows
     B = unit[:, None] * rng.normal(size=(rows, rows + 2))
-    return amontons.Problem(B @ B.T, rng.normal(size=rows), cones, law=law), rng
+    return amontons.vi.Problem(B @ B.T, rng.normal(size=rows), cones, law=law), rng
 
 
 def blocks(problem):
     """Slice of rows, cone and index within the cone of every contact, or of the rows of the other cones."""
     row = 0
     for cone in problem.cones:
-        count = cone.n if isinstance(cone, amontons.Friction) or cone.kind not in list(CONES)[:3] else 1
+        count = cone.n if isinstance(cone, amontons.vi.Friction) or cone.kind not in list(CONES)[:3] else 1
         size = cone.rows // count
         for i in range(count):
             yield slice(row, row + size), cone, i
@@ -71,9 +71,9 @@ def disc(t, radius):
 
 def tangential(cone, i, t, n, length):
     """The nearest friction t that a normal force n allows, moments and their coefficients over a length."""
-    if isinstance(cone, amontons.RollingFriction):
+    if isinstance(cone, amontons.vi.RollingFriction):
         return np.concatenate([disc(t[:2], cone.mu[i] * n), disc(t[2:], cone.rolling[i] / length * n)])
-    if isinstance(cone, amontons.Friction):
+    if isinstance(cone, amontons.vi.Friction):
         return disc(t, cone.mu[i] * n)
     mu = np.array([column[i] for column in cone.parameters])
     mu[2:] /= length
@@ -97,9 +97,9 @@ def nearest(cone, i, x, length):
 
 def term(cone, i, u):
     """mu |u_t| and its like, from the user's units."""
-    if isinstance(cone, amontons.RollingFriction):
+    if isinstance(cone, amontons.vi.RollingFriction):
         return cone.mu[i] * np.hypot(*u[1:3]) + cone.rolling[i] * np.hypot(*u[3:])
-    if isinstance(cone, amontons.Friction):
+    if isinstance(cone, amontons.vi.Friction):
         return cone.mu[i] * np.hypot(*u[1:])
     return np.linalg.norm([column[i] for column in cone.parameters] * u[1:])
 

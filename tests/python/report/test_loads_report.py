@@ -22,7 +22,7 @@ def recorded(tmp_path):
     """A recording of a four-bar linkage and the loads that were collected meanwhile."""
     simulation = amontons.Simulation(amontons.scenes.four_bar(), dt=2e-3)
     path = tmp_path / "bar.h5"
-    with amontons.record(path, simulation) as recorder, simulation.loads() as loads:
+    with amontons.record(path, simulation) as recorder, simulation.forces.loads() as loads:
         simulation.run(0.2, after_step=recorder)
     return path, loads
 

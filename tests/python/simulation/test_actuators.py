@@ -7,7 +7,8 @@ import math
 import amontons
 import numpy as np
 import pytest
-from amontons import InputError, Transmission
+from amontons import InputError
+from amontons.parts import Transmission
 from test_tendons import compiled, differences, put
 
 mujoco = pytest.importorskip("mujoco")
@@ -71,7 +72,7 @@ def test_transmissions(tmp_path, name):
         d.qvel[:] = random.normal(size=m.nv)
         mujoco.mj_normalizeQuat(m, d.qpos)
         put(sim, m, d)
-        (row,) = sim.actuator_efforts
+        (row,) = sim.forces.actuator_efforts
         if has_length:
             assert row["length"] == pytest.approx(d.actuator_length[0], abs=1e-10)
         assert row["rate"] == pytest.approx(d.actuator_velocity[0], abs=1e-10)
@@ -123,7 +124,7 @@ def test_laws(tmp_path, name, on):
         sim.state.activations = d.act if m.na else 0.0
         expected = d.actuator_force[0]
         sim.step()
-        (row,) = sim.actuator_efforts
+        (row,) = sim.forces.actuator_efforts
         assert row["effort"] == pytest.approx(expected, abs=1e-4)
         mujoco.mj_step(m, d)
         if m.na and on != "ball":  # MuJoCo takes turns off the activation
@@ -145,7 +146,7 @@ def test_known_efforts(tmp_path, on):
         put(sim, m, d)
         sim.set_control("m", d.ctrl[0])
         sim.step()
-        assert sim.actuator_efforts[0]["effort"] == pytest.approx(d.actuator_force[0], rel=1e-12)
+        assert sim.forces.actuator_efforts[0]["effort"] == pytest.approx(d.actuator_force[0], rel=1e-12)
 
 
 # Breaks when an actuator moves bodies otherwise than in MuJoCo, over half a second: both are of first order.
@@ -283,5 +284,5 @@ def test_keyframes(tmp_path):
     assert sim.controls == pytest.approx([0.3, -0.2])
     assert sim.state.activations == pytest.approx([0, 0.7])
     sim.step()
-    assert sim.actuator_efforts["effort"] == pytest.approx([0.3, 0.7])
+    assert sim.forces.actuator_efforts["effort"] == pytest.approx([0.3, 0.7])
     assert sim.state.activations[1] == pytest.approx(0.7 - 0.2 * sim.dt)

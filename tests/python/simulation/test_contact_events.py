@@ -22,7 +22,7 @@ def test_bouncing_ball():
         sim.step()
         events = sim.contact_events
         assert len(events.began) + len(events.ended) <= 1
-        force = sim.contact_forces()[0][0, 2]
+        force = sim.forces.contact_forces()[0][0, 2]
         for event in events.began:
             assert not touching
             assert force > 0

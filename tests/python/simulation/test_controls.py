@@ -61,7 +61,7 @@ def test_joint_forces_are_generalised_forces():
         q = sim.q + 0.2 * random.standard_normal(model.nq)
         sim.reset(q=q)
         tau = 20 * random.standard_normal(model.nv)
-        expected = np.linalg.solve(sim.mass_matrix(), tau - sim.bias_forces())
+        expected = np.linalg.solve(sim.forces.mass_matrix(), tau - sim.forces.bias_forces())
         sim.state.joint_forces = tau
         sim.step()
         np.testing.assert_allclose(sim.qd / sim.dt, expected, rtol=1e-4, atol=1e-4 * abs(expected).max())
@@ -76,18 +76,18 @@ def test_constant_forces():
     sim = Simulation(b.build())
     sim.state.joint_forces[0] = 3.0
     sim.run(1.0)
-    assert sim.rate("rail") == pytest.approx(1.5, rel=1e-12)
+    assert sim.kinematics.rate("rail") == pytest.approx(1.5, rel=1e-12)
     sim = Simulation(pendulum())
     sim.state.joint_forces[0] = -0.5 * G
     sim.run(1.0)
-    assert abs(sim.coordinate("hinge")) < 1e-6
+    assert abs(sim.kinematics.coordinate("hinge")) < 1e-6
 
 
 # Breaks when forces that hold a chain against gravity, by the equations of motion, do not: it would fall.
 def test_joint_forces_hold_a_chain():
     sim = Simulation(chain(), dt=2e-3)
     at = sim.q
-    sim.run(0.3, before_step=lambda s: s.state.__setattr__("joint_forces", s.bias_forces()))
+    sim.run(0.3, before_step=lambda s: s.state.__setattr__("joint_forces", s.forces.bias_forces()))
     np.testing.assert_allclose(sim.q, at, atol=1e-6)
 
 
@@ -151,10 +151,10 @@ def test_controls_of_actuators_and_motors():
     np.testing.assert_array_equal(sim.controls, (1, 0, -2))
     sim.set_control("elbow motor", 0.25)
     sim.step()
-    assert sim.effort("elbow").motor == pytest.approx(1.25)  # of the actuator and the motor
-    assert sim.effort("elbow").control == 0.25
-    assert sim.effort("wrist").motor == pytest.approx(-2)
-    assert math.isnan(sim.effort("loose").control)
+    assert sim.forces.effort("elbow").motor == pytest.approx(1.25)  # of the actuator and the motor
+    assert sim.forces.effort("elbow").control == 0.25
+    assert sim.forces.effort("wrist").motor == pytest.approx(-2)
+    assert math.isnan(sim.forces.effort("loose").control)
     result = rollout(model, [sim], np.full((3, 3), 9.0))
     np.testing.assert_array_equal(result.simulations[0].controls, (1, 2, 2))
 
@@ -230,7 +230,7 @@ def test_motors_of_a_urdf(tmp_path):
     sim = Simulation(model)
     sim.controls = (0.3, -0.5)
     sim.run(3.0)
-    assert sim.coordinate("knee") == pytest.approx(-0.5, abs=0.02)
+    assert sim.kinematics.coordinate("knee") == pytest.approx(-0.5, abs=0.02)
     with pytest.raises(InputError, match=r"motors is 3; give a Motor"):
         load_model(path, motors=3)
     mjcf = tmp_path / "m.xml"

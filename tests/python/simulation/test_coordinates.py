@@ -89,7 +89,7 @@ def test_damped_floating_base(mujoco, tmp_path):
     sim.set_qd({"torso": (1, 2, 3, 4, 5, 6)})
     np.testing.assert_allclose(sim.state.positions[0], (1, 2, 3), atol=1e-15)
     np.testing.assert_allclose(sim.qd[:6], (1, 2, 3, 4, 5, 6), atol=1e-13)
-    assert sim.rate("root", 1) == pytest.approx(2)
+    assert sim.kinematics.rate("root", 1) == pytest.approx(2)
 
 
 # Breaks when degrees of freedom of a model that is part of another one keep their names, which are taken.
@@ -134,22 +134,22 @@ def test_equations_of_motion_are_those_of_mujoco(mujoco, tmp_path):
         sim.q, sim.qd = d.qpos, d.qvel
         M = np.zeros((m.nv, m.nv))
         mujoco.mj_fullM(m, d, M)
-        np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-11)
-        np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-10)
+        np.testing.assert_allclose(sim.forces.mass_matrix(), M, atol=1e-11)
+        np.testing.assert_allclose(sim.forces.bias_forces(), d.qfrc_bias, atol=1e-10)
         qdd = rng.normal(size=m.nv)
-        np.testing.assert_allclose(sim.inverse_dynamics(qdd), M @ qdd + d.qfrc_bias, atol=1e-10)
+        np.testing.assert_allclose(sim.forces.inverse_dynamics(qdd), M @ qdd + d.qfrc_bias, atol=1e-10)
         b = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, "foot")
         point = rng.normal(size=3)
         Jp, Jr = np.zeros((3, m.nv)), np.zeros((3, m.nv))
         mujoco.mj_jac(m, d, Jp, Jr, d.xpos[b] + d.xmat[b].reshape(3, 3) @ point, b)
-        np.testing.assert_allclose(sim.jacobian("foot", point), np.vstack([Jp, Jr]), atol=1e-12)
+        np.testing.assert_allclose(sim.kinematics.jacobian("foot", point), np.vstack([Jp, Jr]), atol=1e-12)
         forces, torques = rng.normal(size=(2, len(model.bodies), 3))
         tau = np.zeros(m.nv)
         for body, f, t in zip(model.bodies, forces, torques, strict=True):
             i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, body.name)
             centre = d.xpos[i] + d.xmat[i].reshape(3, 3) @ body.centre_of_mass  # of the body with its links
             mujoco.mj_applyFT(m, d, f.copy(), t.copy(), centre, i, tau)
-        np.testing.assert_allclose(sim.generalised_forces(forces, torques), tau, atol=1e-11)
+        np.testing.assert_allclose(sim.forces.generalised_forces(forces, torques), tau, atol=1e-11)
 
 
 # Breaks when the joint of a body that is B of it is walked the wrong way, or a base is not the first body.
@@ -173,9 +173,9 @@ def test_joints_are_walked_both_ways():
     q, qd = sim.q, rng.normal(size=model.nv)
     sim.qd = qd
     np.testing.assert_allclose(sim.qd, qd, atol=1e-13)
-    assert 0.5 * qd @ sim.mass_matrix() @ qd == pytest.approx(kinetic_energy(sim), rel=1e-12)
+    assert 0.5 * qd @ sim.forces.mass_matrix() @ qd == pytest.approx(kinetic_energy(sim), rel=1e-12)
     for i in range(3):
-        v = sim.jacobian(i) @ qd
+        v = sim.kinematics.jacobian(i) @ qd
         np.testing.assert_allclose(v[:3], sim.state.linear_velocities[i], atol=1e-12)
         np.testing.assert_allclose(v[3:], sim.state.angular_velocities[i], atol=1e-12)
     # The elbow turns the arm by 0.5 rad about y from the hand.
@@ -212,7 +212,7 @@ def test_loops_are_closed(angle):
     sim.set_q({"B": 0.5})
     for a in np.linspace(0.1, angle, 8):  # a path, so that the branch is the same
         sim.set_q({"A": a})
-    assert sim.coordinate("A") == pytest.approx(angle, abs=1e-15)
+    assert sim.kinematics.coordinate("A") == pytest.approx(angle, abs=1e-15)
     # Freudenstein: the distance of the ends of coupler and rocker's pivots, with the tip on both circles.
     pin = np.array((math.cos(angle), 0, math.sin(angle)))
     i = model.body_index("coupler")
@@ -228,10 +228,12 @@ def test_loops_are_closed(angle):
     sim.set_q({"A": angle + e})
     np.testing.assert_allclose((sim.q - q) / e, sim.qd, atol=1e-4)
     with pytest.raises(InputError, match='joint "C" closes a loop'):
-        sim.rate("C")
+        sim.kinematics.rate("C")
     report = sim.step()
     assert report.joint_error < 1e-9
-    assert sim.coordinate("C") == pytest.approx(sim.state.joint_coordinates[model.dof_index("C")], abs=0.1)
+    assert sim.kinematics.coordinate("C") == pytest.approx(
+        sim.state.joint_coordinates[model.dof_index("C")], abs=0.1
+    )
 
 
 # Breaks when a loop that cannot be closed passes, or leaves something behind.
@@ -282,13 +284,13 @@ def test_bad_coordinates(mujoco, tmp_path):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
     sim.set_q({"swing": 20.0})  # three turns and more
-    assert sim.coordinate("swing") == 20.0
+    assert sim.kinematics.coordinate("swing") == 20.0
     sim.step()
-    assert sim.coordinate("swing") == pytest.approx(20.0, abs=0.1)
-    assert sim.coordinate("hip") == sim.q[model.coordinates["hip"].q][0]
-    assert sim.rate("swing") == sim.qd[-1]
-    assert sim.acceleration("swing") == sim.qdd[-1]
-    assert sim.acceleration("swing") != 0
+    assert sim.kinematics.coordinate("swing") == pytest.approx(20.0, abs=0.1)
+    assert sim.kinematics.coordinate("hip") == sim.q[model.coordinates["hip"].q][0]
+    assert sim.kinematics.rate("swing") == sim.qd[-1]
+    assert sim.kinematics.acceleration("swing") == sim.qdd[-1]
+    assert sim.kinematics.acceleration("swing") != 0
 
 
 # Breaks when accelerations are not those of the equations of motion, to the order of the step.
@@ -302,7 +304,7 @@ def test_accelerations(mujoco, tmp_path):
         assert not sim.qdd.any()
         for _ in range(10):  # velocities settle to how the step looks at joints
             sim.step()
-        expected = np.linalg.solve(sim.mass_matrix(), -sim.bias_forces())
+        expected = np.linalg.solve(sim.forces.mass_matrix(), -sim.forces.bias_forces())
         sim.step()
         errors.append(np.abs(expected - sim.qdd)[:-1].max())  # but for the servo of the pole
     assert errors[0] < 0.05
@@ -342,9 +344,9 @@ def test_tendons_in_the_equations_of_motion(mujoco, tmp_path):
         mujoco.mj_fullM(m, d, M)
         for t in range(m.ntendon):
             rate = d.ten_velocity[t]
-            assert sim.tendon_jacobian(t) @ sim.qd == pytest.approx(rate, abs=1e-12)
-        np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-12)
-        np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-9)
+            assert sim.kinematics.tendon_jacobian(t) @ sim.qd == pytest.approx(rate, abs=1e-12)
+        np.testing.assert_allclose(sim.forces.mass_matrix(), M, atol=1e-12)
+        np.testing.assert_allclose(sim.forces.bias_forces(), d.qfrc_bias, atol=1e-9)
 
 
 ROBOTS = [
@@ -368,8 +370,8 @@ def test_robots_in_coordinates(mujoco, name):
     mujoco.mj_forward(m, d)
     M, scale = np.zeros((m.nv, m.nv)), np.abs(d.qfrc_bias).max()
     mujoco.mj_fullM(m, d, M)
-    np.testing.assert_allclose(sim.mass_matrix(), M, atol=1e-10 * np.abs(M).max())
-    np.testing.assert_allclose(sim.bias_forces(), d.qfrc_bias, atol=1e-10 * max(scale, 1.0))
+    np.testing.assert_allclose(sim.forces.mass_matrix(), M, atol=1e-10 * np.abs(M).max())
+    np.testing.assert_allclose(sim.forces.bias_forces(), d.qfrc_bias, atol=1e-10 * max(scale, 1.0))
     for i, body in enumerate(model.body_names):
         b = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, body)
         if b < 0 or model.bodies[i].motion != "dynamic":
@@ -377,4 +379,4 @@ def test_robots_in_coordinates(mujoco, name):
         np.testing.assert_allclose(sim.state.positions[i], d.xpos[b], atol=1e-12)
         Jp, Jr = np.zeros((3, m.nv)), np.zeros((3, m.nv))
         mujoco.mj_jacBody(m, d, Jp, Jr, b)
-        np.testing.assert_allclose(sim.jacobian(i), np.vstack([Jp, Jr]), atol=1e-11)
+        np.testing.assert_allclose(sim.kinematics.jacobian(i), np.vstack([Jp, Jr]), atol=1e-11)

@@ -5,17 +5,8 @@ from dataclasses import replace
 import amontons
 import numpy as np
 import pytest
-from amontons import (
-    Dof,
-    Joint,
-    Material,
-    ModelBuilder,
-    Motor,
-    PathElement,
-    Simulation,
-    Transform,
-    shapes,
-)
+from amontons import Dof, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
+from amontons.parts import PathElement
 from amontons.simulation.tangent import difference, integrate
 
 CHANGE = 1e-6

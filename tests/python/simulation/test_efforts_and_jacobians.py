@@ -35,17 +35,17 @@ def swinging() -> amontons.Simulation:
 def test_efforts_are_the_sums_of_each_joint():
     """Fails if a part is left out of the sum, or the order is another one than that of joint_efforts."""
     sim = swinging()
-    np.testing.assert_array_equal(sim.efforts(), np.zeros(sim.model.dofs))
+    np.testing.assert_array_equal(sim.forces.efforts(), np.zeros(sim.model.dofs))
     with pytest.raises(amontons.InputError, match="call step"):
-        sim.effort("driven")
+        sim.forces.effort("driven")
     sim.set_control("driven", 0.4)
     for _ in range(100):
         sim.step()
     names = ("driven", "sprung", "slide")
-    by_name = [sim.effort(name) for name in names]
-    np.testing.assert_allclose(sim.efforts(), [e.total for e in by_name], rtol=ROUNDING)
-    assert all(e.time == sim.instant.time for e in by_name)
-    table = sim.joint_efforts
+    by_name = [sim.forces.effort(name) for name in names]
+    np.testing.assert_allclose(sim.forces.efforts(), [e.total for e in by_name], rtol=ROUNDING)
+    assert all(e.time == sim.forces.instant.time for e in by_name)
+    table = sim.forces.joint_efforts
     assert table["joint"].tolist() == [0, 1, 2]
     assert table["dof"].tolist() == [0, 0, 0]
     assert table["control"][0] == 0.4
@@ -62,31 +62,33 @@ def test_jacobians_of_all_links_move_them():
     sim.qd = np.linspace(-1, 1, sim.model.nv)
     for _ in range(20):
         sim.step()
-    jacobians, links = sim.jacobians(), sim.links
+    jacobians, links = sim.kinematics.jacobians(), sim.kinematics.links
     assert jacobians.shape == (len(sim.model.link_names), 6, sim.model.nv)
     for jacobian, row, name in zip(jacobians, links, sim.model.link_names, strict=True):
-        np.testing.assert_allclose(jacobian, sim.jacobian(name), rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(jacobian, sim.kinematics.jacobian(name), rtol=0, atol=ROUNDING)
         velocity = np.concatenate([row["linear_velocity"], row["angular_velocity"]])
         np.testing.assert_allclose(jacobian @ sim.qd, velocity, rtol=0, atol=ROUNDING)
-        assert sim.link(name) == row
-    assert sim.site("tip") == sim.sites[0]
-    tip = np.concatenate([sim.sites["linear_velocity"][0], sim.sites["angular_velocity"][0]])
-    np.testing.assert_allclose(sim.site_jacobian("tip") @ sim.qd, tip, rtol=0, atol=ROUNDING)
+        assert sim.kinematics.link(name) == row
+    assert sim.kinematics.site("tip") == sim.kinematics.sites[0]
+    tip = np.concatenate(
+        [sim.kinematics.sites["linear_velocity"][0], sim.kinematics.sites["angular_velocity"][0]]
+    )
+    np.testing.assert_allclose(sim.kinematics.site_jacobian("tip") @ sim.qd, tip, rtol=0, atol=ROUNDING)
 
 
 def test_tables_without_rows_have_their_fields():
     """Fails if bytes of no rows cannot be seen as a structured array."""
     sim = amontons.Simulation(swinging().model)
-    for table in (sim.contacts, sim.tendon_efforts, sim.actuator_efforts):
+    for table in (sim.contacts, sim.forces.tendon_efforts, sim.forces.actuator_efforts):
         assert table.shape == (0,)
         assert table.dtype.names
     alone = amontons.ModelBuilder()
     alone.add_body(shape=Box((1, 1, 1)), mass=1.0)
     sim = amontons.Simulation(alone.build())
-    assert sim.joint_efforts.shape == (0,)
-    assert sim.efforts().shape == (0,)
-    assert sim.sites.shape == (0,)
-    assert sim.jacobians().shape == (1, 6, 6)
+    assert sim.forces.joint_efforts.shape == (0,)
+    assert sim.forces.efforts().shape == (0,)
+    assert sim.kinematics.sites.shape == (0,)
+    assert sim.kinematics.jacobians().shape == (1, 6, 6)
 
 
 def test_contacts_are_foreseen_without_efforts():

@@ -86,7 +86,7 @@ def test_ctrl_c_within_a_factorisation(ctrl_c, method):
     G = rng.standard_normal((m, 8))
     A = G @ G.T
     A[np.diag_indices(m)] += 1
-    problem = amontons.Problem(A, rng.standard_normal(m), "friction", mu=0.5)
+    problem = amontons.vi.Problem(A, rng.standard_normal(m), "friction", mu=0.5)
     ctrl_c(0.3)
     solution = problem.solve(method=method, tolerance=0, max_iterations=10**6)
     assert solution.status == "interrupted"
@@ -147,7 +147,7 @@ def test_ctrl_c_ends_every_long_call(ctrl_c, what, tmp_path):
         "run": lambda: sim.run(1e6),
         "run with callback": lambda: sim.run(1e6, after_step=lambda s, r: None),
         "load_model": lambda: again(lambda: amontons.load_model(tmp_path / "a.xml")),
-        "read_problem": lambda: again(lambda: amontons.read_problem(tmp_path / "a.mtx")),
+        "read_problem": lambda: again(lambda: amontons.vi.read_problem(tmp_path / "a.mtx")),
         "sweep": lambda: amontons.sweep(
             "stack", {"boxes": [2], "duration": [1e6]}, executor=0, progress=False
         ),
@@ -225,7 +225,7 @@ def test_one_simulation_on_two_threads():
         future = pool.submit(sim.step)
         while not future.done():
             # Once a reader is refused the other thread is in its step: this one cannot take it away.
-            if refused(lambda: sim.joint_reactions):
+            if refused(lambda: sim.forces.joint_reactions):
                 others = (sim.step, sim.problem, sim.copy)
                 seen += sum(refused(use) for use in others)
         assert future.result().advanced
@@ -272,12 +272,12 @@ def test_matrix_changed_behind_our_back(tmp_path):
         sp.diags_array([np.full(m - 1, -1.0), np.full(m, 4.0), np.full(m - 1, -1.0)], offsets=[-1, 0, 1])
     )
     for given in (A.copy(), A.tocsc(), A.toarray()):
-        problem = amontons.Problem(given, -np.ones(m), "friction", mu=0.3)
+        problem = amontons.vi.Problem(given, -np.ones(m), "friction", mu=0.3)
         expected = problem.solve(method="newton").x
         if sp.issparse(given):
             given.indices[:] = 2**30
             given.indptr[:] = np.arange(m + 1)[::-1] * 2**20
-        for method in amontons.methods():
+        for method in amontons.vi.methods():
             if method not in ("cg", "minres"):  # which refuse inequalities
                 assert np.isfinite(problem.solve(method=method, max_iterations=50).x).all()
         np.testing.assert_array_equal(problem.solve(method="newton").x, expected)

@@ -45,7 +45,7 @@ def test_planar_closed_form(target):
     sim = Simulation(planar())
     sim.set_q({"a": 0.1, "b": 0.2})
     before = sim.q
-    found = sim.solve_ik("tip", position=(target[0], 0, target[1]))
+    found = sim.kinematics.solve_ik("tip", position=(target[0], 0, target[1]))
     assert found.converged
     cosine = (np.hypot(*target) ** 2 - FIRST**2 - SECOND**2) / (2 * FIRST * SECOND)
     assert np.cos(found.q[1]) == pytest.approx(cosine, abs=1e-5)
@@ -54,8 +54,8 @@ def test_planar_closed_form(target):
     assert reached == pytest.approx(target, abs=sim.model.length / 1e6)
     assert found.position_error <= sim.model.length / 1e6
     np.testing.assert_array_equal(sim.q, before)  # nothing moved
-    sim.solve_ik("tip", (target[0], 0, target[1]), apply=True)
-    assert sim.site("tip")["position"] == pytest.approx((target[0], 0, target[1]), abs=1e-6)
+    sim.kinematics.solve_ik("tip", (target[0], 0, target[1]), apply=True)
+    assert sim.kinematics.site("tip")["position"] == pytest.approx((target[0], 0, target[1]), abs=1e-6)
 
 
 # Breaks when a place out of reach passes for reached, or what comes nearest is not found: the arm stretched
@@ -63,7 +63,7 @@ def test_planar_closed_form(target):
 def test_out_of_reach():
     sim = Simulation(planar())
     sim.set_q({"a": 0.3, "b": -0.5})
-    found = sim.solve_ik("tip", (0.0, 0, 1.2), attempts=3)
+    found = sim.kinematics.solve_ik("tip", (0.0, 0, 1.2), attempts=3)
     assert not found.converged
     assert found.position_error == pytest.approx(1.2 - FIRST - SECOND, abs=1e-7)
     assert found.q == pytest.approx([-np.pi / 2, 0], abs=1e-3)
@@ -73,10 +73,10 @@ def test_out_of_reach():
 def test_limits():
     sim = Simulation(planar(limits=((-3, 3), (0.1, 3))))
     sim.set_q({"a": -1.0, "b": 0.5})
-    found = sim.solve_ik("tip", (0.4, 0, 0.3))
+    found = sim.kinematics.solve_ik("tip", (0.4, 0, 0.3))
     assert found.converged
     assert 0.1 <= found.q[1] <= 3
-    nowhere = Simulation(planar(limits=((-0.1, 0.1), (-0.1, 0.1)))).solve_ik("tip", (0.0, 0, 0.5))
+    nowhere = Simulation(planar(limits=((-0.1, 0.1), (-0.1, 0.1)))).kinematics.solve_ik("tip", (0.0, 0, 0.5))
     assert not nowhere.converged
     assert np.abs(nowhere.q) == pytest.approx([0.1, 0.1], abs=1e-9)  # both as far up as they go
     assert nowhere.q[0] < 0
@@ -88,23 +88,27 @@ def test_seven_joints():
     other = sim.copy()
     for _ in range(20):
         other.q = wanted.uniform(-1.5, 1.5, 7)
-        site = other.site("tool")
-        found = sim.solve_ik("tool", position=site["position"], orientation=site["orientation"])
+        site = other.kinematics.site("tool")
+        found = sim.kinematics.solve_ik("tool", position=site["position"], orientation=site["orientation"])
         assert found.converged
         assert np.abs(found.q[::2]).max() <= 2.6
         assert np.abs(found.q[1::2]).max() <= 1.9
         other.q = found.q
-        assert other.site("tool")["position"] == pytest.approx(site["position"], abs=1e-6)
-        turn = abs(other.site("tool")["orientation"] @ site["orientation"])  # cos of half the angle
+        assert other.kinematics.site("tool")["position"] == pytest.approx(site["position"], abs=1e-6)
+        turn = abs(
+            other.kinematics.site("tool")["orientation"] @ site["orientation"]
+        )  # cos of half the angle
         assert turn == pytest.approx(1, abs=1e-12)
-    only = sim.solve_ik("tool", orientation=(0, 1, 0, 0))
+    only = sim.kinematics.solve_ik("tool", orientation=(0, 1, 0, 0))
     assert only.converged
     assert only.position_error == 0
 
 
 # Breaks when the same question has another answer.
 def test_is_deterministic():
-    answers = [Simulation(seven()).solve_ik("tool", (0.3, 0.3, 0.6), (0, 1, 0, 0)).q for _ in range(2)]
+    answers = [
+        Simulation(seven()).kinematics.solve_ik("tool", (0.3, 0.3, 0.6), (0, 1, 0, 0)).q for _ in range(2)
+    ]
     np.testing.assert_array_equal(*answers)
 
 
@@ -122,10 +126,12 @@ def test_closed_loop():
     sim.set_q({"foot left": 0.2})
     for angle in (0.9, -0.7):
         target = (0.5 + 0.5 * np.sin(angle), 0, 0.5 * np.cos(angle))
-        found = sim.solve_ik("middle", target)
+        found = sim.kinematics.solve_ik("middle", target)
         assert found.converged
         assert found.q == pytest.approx([angle, angle, -angle], abs=1e-5)
-    off = sim.solve_ik("middle", (0.5, 0, 0.8), attempts=2)  # 0.3 above the highest point of the circle
+    off = sim.kinematics.solve_ik(
+        "middle", (0.5, 0, 0.8), attempts=2
+    )  # 0.3 above the highest point of the circle
     assert not off.converged
     assert off.position_error == pytest.approx(0.3, abs=1e-6)
 
@@ -137,12 +143,12 @@ def test_what_may_move():
     builder.add_body("arm", shape=shapes.Box((0.2, 0.02, 0.02)), mass=1, position=(0.4, 0, 1))
     builder.add_revolute_joint("arm", "trunk", axis=(0, 1, 0), point=(0.2, 0, 1), name="hinge")
     sim = Simulation(builder.build())
-    held = sim.solve_ik("arm", (0.2, 0, 0.8))
+    held = sim.kinematics.solve_ik("arm", (0.2, 0, 0.8))
     assert held.converged
     assert held.q[:7] == pytest.approx([0, 0, 1, 1, 0, 0, 0], abs=1e-12)
     assert held.q[7] == pytest.approx(np.pi / 2, abs=1e-5)
-    assert not sim.solve_ik("arm", (5, 0, 0.8), attempts=1).converged
-    moved = sim.solve_ik("arm", (5, 0, 0.8), (0, 1, 0, 0), coordinates=["trunk"])
+    assert not sim.kinematics.solve_ik("arm", (5, 0, 0.8), attempts=1).converged
+    moved = sim.kinematics.solve_ik("arm", (5, 0, 0.8), (0, 1, 0, 0), coordinates=["trunk"])
     assert moved.converged
     assert moved.q[7] == pytest.approx(0, abs=1e-12)
 
@@ -165,7 +171,7 @@ def test_what_may_move():
 def test_refuses(arguments, options, said):
     sim = Simulation(planar())
     with pytest.raises(InputError, match=said):
-        sim.solve_ik(*arguments, **options)
+        sim.kinematics.solve_ik(*arguments, **options)
 
 
 # Breaks when a change along qd is not that of a short time: quaternions turned on the wrong side, say.
@@ -197,7 +203,7 @@ def test_gravity_compensation_of_a_chain():
     lower = SECOND / 2 * np.cos(a + b)
     about_b = -1 * g * lower
     about_a = -2 * g * FIRST / 2 * np.cos(a) - 1 * g * (FIRST * np.cos(a) + lower)
-    forces = sim.gravity_compensation()
+    forces = sim.forces.gravity_compensation()
     assert forces == pytest.approx([about_a, about_b], abs=1e-12)
     sim.reset(q=(0.4, -1.1))
     sim.state.joint_forces = forces
@@ -222,4 +228,4 @@ def test_gravity_compensation_is_that_of_mujoco(root):
         data.qpos[:] = q
         mujoco.mj_forward(theirs, data)
         sim.q = q
-        assert sim.gravity_compensation(springs=False) == pytest.approx(data.qfrc_bias, abs=1e-9)
+        assert sim.forces.gravity_compensation(springs=False) == pytest.approx(data.qfrc_bias, abs=1e-9)

@@ -29,7 +29,7 @@ def pendulum(dt):
 def test_bearing_of_a_pendulum():
     h, m, l, inertia = 1e-3, 1.5, 0.8, 0.02
     simulation = pendulum(h)
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(0.6)
     # From the horizontal to the bottom: (I + m l^2) w^2 / 2 = m g l, and the bearing carries m g + m l w^2.
     about = inertia + m * l * l
@@ -60,7 +60,7 @@ def test_constant_load():
     builder.add_body("held", mass=2, inertia=(1, 1, 1))
     builder.add_fixed_joint("held", name="weld")
     simulation = amontons.Simulation(builder.build(), dt=0.01)
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(0.5)
     found = row(loads.joints, "weld", "fz")
     for name in ("peak", "mean", "rms"):
@@ -119,7 +119,7 @@ def test_slider_crank():
     h, speed = 2e-4, 20.0
     simulation = slider_crank(h, speed)
     turn = 2 * math.pi / speed
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(turn)
     exact = np.array([pin_force(speed * t, speed) for t in np.arange(0, turn, h)])
     table, frame = loads.joints, simulation.model.joints[1].frame_b.rotation
@@ -146,7 +146,7 @@ def door(**upper):
     builder.add_ball_joint(body, point=(0, 0, 0.2), name="low")
     builder.add_ball_joint(body, point=(0, 0, 1.8), name="high", **upper)
     simulation = amontons.Simulation(builder.build(), dt=1e-3)
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(0.1)
     return loads.joints
 
@@ -175,7 +175,7 @@ def table_on_legs(count):
         at = (0.4 * math.cos(angle), 0.4 * math.sin(angle), -0.45)
         builder.add_geom(body, shapes.Sphere(0.05), position=at, name=f"leg {k}")
     simulation = amontons.Simulation(builder.build(), dt=5e-3)
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(0.1)
     return loads.contacts
 
@@ -196,7 +196,7 @@ def test_legs_of_a_table():
 # Breaks when a stopped collection goes on, a copy of a simulation adds to it, or copies and pickles fail.
 def test_collection_ends():
     simulation = pendulum(1e-3)
-    loads = simulation.loads()
+    loads = simulation.forces.loads()
     simulation.run(0.01)
     other = simulation.copy()
     other.run(0.01)
@@ -214,7 +214,7 @@ def test_collection_ends():
 # Breaks when what is no model gives an error of the library's inside.
 def test_loads_of_no_model():
     with pytest.raises(amontons.InputError, match="Loads: model is a NoneType"):
-        amontons.Loads(None)
+        amontons.results.Loads(None)
 
 
 # Breaks when a locked direction of a joint is missing, twice there, or taken at another place: the number of
@@ -240,7 +240,7 @@ def test_redundancy_is_that_of_the_rows(scene):
 # Breaks when trees take the time of a decomposition, or their reactions are called redundant.
 def test_trees_are_determined():
     simulation = amontons.Simulation(amontons.scenes.chain(links=60), dt=5e-3)
-    with simulation.loads() as loads:
+    with simulation.forces.loads() as loads:
         simulation.run(0.02)
     assert loads.joints["determined"].all()
 

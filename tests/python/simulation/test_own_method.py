@@ -40,13 +40,13 @@ def test_it_makes_the_steps(law):
     assert report.path == "accurate"
     assert np.allclose(simulation.state.positions, other.state.positions, atol=1e-9)
     problem, x0, options = SEEN[-1]
-    assert isinstance(problem, amontons.Problem)
+    assert isinstance(problem, amontons.vi.Problem)
     assert problem.law == options.law == law
     assert options.tolerance <= 1e-9
     assert options.max_iterations is None
     assert options.deadline is None
     assert x0.shape == (problem.rows,)
-    assert problem.residual(simulation.impulses) <= 1e-9
+    assert problem.residual(simulation.forces.impulses) <= 1e-9
     assert np.array_equal(problem.b, simulation.problem().b)
 
 

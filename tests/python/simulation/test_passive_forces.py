@@ -55,8 +55,8 @@ def test_beside_mujoco(tmp_path):
         mujoco.mj_inverse(theirs, data)
         sim.q, sim.qd = q, data.qvel
         scale = np.abs(data.qfrc_passive).max()
-        assert sim.passive_forces() == pytest.approx(data.qfrc_passive, abs=1e-9 * scale)
-        found = sim.inverse_dynamics(data.qacc, passive=True)
+        assert sim.forces.passive_forces() == pytest.approx(data.qfrc_passive, abs=1e-9 * scale)
+        found = sim.forces.inverse_dynamics(data.qacc, passive=True)
         assert found == pytest.approx(data.qfrc_inverse, abs=1e-9 * np.abs(data.qfrc_inverse).max())
 
 
@@ -82,7 +82,7 @@ def test_a_linkage_is_held(joints):
     sim = Simulation(linkage(), dt=1e-3)
     sim.set_q({"crank_pin": 0.4})
     start = sim.q
-    held = sim.gravity_compensation(joints=joints)
+    held = sim.forces.gravity_compensation(joints=joints)
     if joints:
         assert np.count_nonzero(held) == 1
     sim.state.joint_forces = held
@@ -90,7 +90,7 @@ def test_a_linkage_is_held(joints):
     assert sim.q == pytest.approx(start, abs=1e-5)
     loose = Simulation(sim.model, dt=1e-3)
     loose.q = start
-    loose.state.joint_forces = loose.gravity_compensation(joints=joints, springs=False)
+    loose.state.joint_forces = loose.forces.gravity_compensation(joints=joints, springs=False)
     loose.run(0.3)
     assert np.abs(loose.q - start).max() > 1e-3
 
@@ -106,16 +106,16 @@ def test_what_is_not_held():
     builder.add_revolute_joint("lower", "upper", axis=(0, 1, 0), point=(0.4, 0, 0), name="elbow")
     sim = Simulation(builder.build())
     with pytest.raises(amontons.InputError, match="do not hold the pose"):
-        sim.gravity_compensation(joints=["shoulder"])
+        sim.forces.gravity_compensation(joints=["shoulder"])
     with pytest.raises(amontons.InputError, match="no coordinate .sholder."):
-        sim.gravity_compensation(joints=["sholder"])
+        sim.forces.gravity_compensation(joints=["sholder"])
     with pytest.raises(amontons.InputError, match="give several names"):
-        sim.gravity_compensation(joints="shoulder")
+        sim.forces.gravity_compensation(joints="shoulder")
     with pytest.raises(amontons.InputError, match="a name is array"):
-        sim.gravity_compensation(joints=[np.zeros(2)])
+        sim.forces.gravity_compensation(joints=[np.zeros(2)])
     with pytest.raises(amontons.InputError, match="give a list"):
-        sim.gravity_compensation(joints=3)
+        sim.forces.gravity_compensation(joints=3)
     model = replace(sim.model)
-    assert Simulation(model).gravity_compensation(joints=["shoulder", "elbow"]) == pytest.approx(
-        sim.gravity_compensation()
+    assert Simulation(model).forces.gravity_compensation(joints=["shoulder", "elbow"]) == pytest.approx(
+        sim.forces.gravity_compensation()
     )

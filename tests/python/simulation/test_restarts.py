@@ -37,7 +37,7 @@ def test_reset(mujoco, tmp_path):
     assert sim.time == 0.25
     assert sim.controls == pytest.approx([0.5, 0.25])
     np.testing.assert_allclose(sim.q, m.key_qpos[0], atol=ROUNDING)
-    assert sim.rate("swing") == pytest.approx(0.5)
+    assert sim.kinematics.rate("swing") == pytest.approx(0.5)
     sim.step()
     assert sim.time == pytest.approx(0.25 + sim.dt)
     positions, time = sim.state.positions.copy(), sim.time
@@ -59,7 +59,7 @@ def test_controls(mujoco, tmp_path):
     sim.controls = (2.0, 0.7)
     assert sim.controls == pytest.approx([1.0, 0.7])
     sim.step()
-    assert sim.actuator_efforts["effort"][0] == pytest.approx(1.0)
+    assert sim.forces.actuator_efforts["effort"][0] == pytest.approx(1.0)
     sim.set_control("m", -0.5)
     assert sim.controls == pytest.approx([-0.5, 0.7])
     for values, message in [((1.0,), r"shape \(1,\)"), ((math.nan, 0), 'control of "m" is nan')]:
@@ -98,7 +98,7 @@ def test_copies_go_on_bit_for_bit(make):
     for positions in expected:  # after, so that a shared state would have moved
         other.step()
         np.testing.assert_array_equal(other.state.positions, positions)
-    np.testing.assert_array_equal(other.impulses, sim.impulses)
+    np.testing.assert_array_equal(other.forces.impulses, sim.forces.impulses)
     other.before_step.append(lambda sim: None)
     assert not sim.before_step
 

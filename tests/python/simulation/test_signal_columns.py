@@ -72,9 +72,9 @@ def test_columns_of_statics(recorded):
 # links and sensors of a model file, which reads them by other functions.
 def test_columns_are_those_of_the_simulation(root, tmp_path):
     model = amontons.load_model(root / ARM)
-    site = amontons.Site("palm", model.body_index("forearm"))
-    at = amontons.Sensor("at", "framepos", body=site.body)
-    angle = amontons.Sensor("elbow", "jointpos", source="elbow")
+    site = amontons.parts.Site("palm", model.body_index("forearm"))
+    at = amontons.parts.Sensor("at", "framepos", body=site.body)
+    angle = amontons.parts.Sensor("elbow", "jointpos", source="elbow")
     sim = Simulation(replace(model, sites=(*model.sites, site), sensors=(at, angle)), dt=2e-3)
     seen = []
     with amontons.record(tmp_path / "a.h5", sim, every=2) as recorder:
@@ -82,9 +82,9 @@ def test_columns_are_those_of_the_simulation(root, tmp_path):
             sim.set_control("elbow", -0.1 * step)
             recorder.add(sim.step())
             if step % 2 == 0:
-                efforts, drives = sim.joint_efforts["motor"], sim.actuator_efforts
-                link = sim.link_reactions[0]
-                held = sim.joint_reactions[1]
+                efforts, drives = sim.forces.joint_efforts["motor"], sim.forces.actuator_efforts
+                link = sim.forces.link_reactions[0]
+                held = sim.forces.joint_reactions[1]
                 seen.append([efforts[1], drives["control"][1], drives["effort"][0], link["force"][2],
                              link["torque"][0], held["force"][0], held["torque"][1],
                              sim.sensors["at"][2], sim.sensors["elbow"][0]])  # fmt: skip
@@ -104,7 +104,7 @@ def test_names_are_unique():
     builder.add_actuator("foot", joint="foot")
     model = builder.build()
     unnamed = replace(model.joints[0], name="")
-    sensors = tuple(amontons.Sensor(name, "framepos", body=0) for name in ("foot", "foot.sensor"))
+    sensors = tuple(amontons.parts.Sensor(name, "framepos", body=0) for name in ("foot", "foot.sensor"))
     model = replace(model, joints=(model.joints[0], unnamed), sensors=sensors)
     units = Signals(model).units
     assert len(units) == 4 + 2 + 2 * 6 + 2 * 3
@@ -158,8 +158,8 @@ def test_tables(root, recorded, tmp_path):
     sim = Simulation(amontons.load_model(root / ARM))
     for row in rows:
         sim.step()
-        assert float(row["elbow.motor"]) == sim.joint_efforts["motor"][1]
-        assert float(row["hand.fz"]) == sim.link_reactions["force"][0, 2]
+        assert float(row["elbow.motor"]) == sim.forces.joint_efforts["motor"][1]
+        assert float(row["hand.fz"]) == sim.forces.link_reactions["force"][0, 2]
     assert len(rows) == 10
 
 

@@ -46,7 +46,7 @@ def test_free_fall():
     assert sim.state.positions[0, 2] == pytest.approx(10 - G * STEP**2 * n * (n + 1) / 2, rel=1e-13)
     assert report.kinetic_energy == pytest.approx(0.5 * 2 * (G * STEP * n) ** 2, rel=1e-12)
     assert report.energy == report.kinetic_energy + report.potential_energy + report.spring_energy
-    linear, angular = sim.momentum()
+    linear, angular = sim.forces.momentum()
     np.testing.assert_allclose(linear, (0, 0, -2 * G * STEP * n), rtol=1e-12)
     np.testing.assert_allclose(angular, 0, atol=1e-12)
 
@@ -99,7 +99,7 @@ def test_contacts_of_a_stack():
     on_floor = table[table["geom_b"] == floor]
     assert set(on_floor["body_b"]) == {-1}
     np.testing.assert_allclose(on_floor["force"].sum(axis=0), (0, 0, 6 * G), atol=1e-4 * 6 * G)
-    forces, torques = sim.contact_forces()
+    forces, torques = sim.forces.contact_forces()
     np.testing.assert_allclose(forces, [[0, 0, 2 * G]] * 3 + [[0, 0, 0]], atol=1e-4 * 6 * G)
     np.testing.assert_allclose(torques, 0, atol=1e-4 * 6 * G * 0.1)
     assert sim.contacts is table  # until the next step
@@ -134,7 +134,7 @@ def test_states():
     assert ball["normal_velocity"][0] == pytest.approx(0.1 - G * STEP)
     assert ball["gap"][0] == pytest.approx(1e-4)
     # The torque about the centre of what the table says.
-    _, torque = sim.contact_forces()
+    _, torque = sim.forces.contact_forces()
     arm = box["point"] - (0, 0, 0.02)
     np.testing.assert_allclose(torque[0], np.cross(arm, box["force"]).sum(axis=0), atol=1e-12)
 
@@ -147,13 +147,13 @@ def test_problem(tmp_path):
     report = sim.run(0.1)
     problem = sim.problem()
     assert problem.contacts == report.contacts == len(sim.contacts)
-    assert problem.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-6)
-    normal = sim.impulses[: 3 * report.contacts : 3]
+    assert problem.residual(sim.forces.impulses) == pytest.approx(report.residual, rel=1e-6)
+    normal = sim.forces.impulses[: 3 * report.contacts : 3]
     expected = np.einsum("ij,ij->i", sim.contacts["impulse"], sim.contacts["normal"])
     np.testing.assert_allclose(normal, expected, rtol=1e-12)
-    problem.write(tmp_path / "step.hdf5", solution=sim.impulses)
-    again = amontons.read_problem(tmp_path / "step.hdf5")
-    assert again.residual(sim.impulses) == pytest.approx(report.residual, rel=1e-3)
+    problem.write(tmp_path / "step.hdf5", solution=sim.forces.impulses)
+    again = amontons.vi.read_problem(tmp_path / "step.hdf5")
+    assert again.residual(sim.forces.impulses) == pytest.approx(report.residual, rel=1e-3)
 
 
 # Breaks when the problem of a step is a copy, changes with the next step, or can be written to.
@@ -165,12 +165,12 @@ def test_problem_is_shared():
     assert np.shares_memory(problem.b, again.b)
     with pytest.raises(ValueError, match="read-only"):
         problem.b[0] = 1.0
-    x, b, residual = sim.impulses, problem.b.copy(), problem.residual(sim.impulses)
+    x, b, residual = sim.forces.impulses, problem.b.copy(), problem.residual(sim.forces.impulses)
     sim.step()
     assert sim.problem()._core is not problem._core
     np.testing.assert_array_equal(problem.b, b)
     # What is read back makes the same problem again.
-    made = amontons.Problem(problem.A, problem.b, problem.cones)
+    made = amontons.vi.Problem(problem.A, problem.b, problem.cones)
     assert made.residual(x) == residual
     np.testing.assert_array_equal(made.A.matvec(x), problem._core.product(x))
 
@@ -186,9 +186,9 @@ def test_problem_with_joints():
     report = sim.step()
     problem = sim.problem()
     assert problem.rows == report.joint_rows == sum(cone.rows for cone in problem.cones)
-    interval = next(cone for cone in problem.cones if isinstance(cone, amontons.Interval))
+    interval = next(cone for cone in problem.cones if isinstance(cone, amontons.vi.Interval))
     assert np.isfinite(interval.lo).all()
-    assert problem.residual(sim.impulses) <= 1e-6
+    assert problem.residual(sim.forces.impulses) <= 1e-6
 
 
 def pendulum(**options):
@@ -204,12 +204,12 @@ def pendulum(**options):
 def test_reactions_and_efforts():
     sim = pendulum(motor=Motor("velocity", 0.0))
     sim.run(0.1)
-    (reaction,) = sim.joint_reactions
+    (reaction,) = sim.forces.joint_reactions
     assert (reaction["joint"], reaction["body_a"], reaction["body_b"]) == (0, 0, -1)
     np.testing.assert_allclose(reaction["point"], (0, 0, 1), atol=1e-6)
     np.testing.assert_allclose(reaction["force"], (0, 0, G), atol=1e-5 * G)
     np.testing.assert_allclose(reaction["torque"], 0, atol=1e-5 * G)
-    (effort,) = sim.joint_efforts
+    (effort,) = sim.forces.joint_efforts
     assert effort["motor"] == pytest.approx(-0.5 * G, rel=1e-5)
     assert (effort["joint"], effort["dof"], effort["control"]) == (0, 0, 0)
     assert effort["friction"] == effort["limit"] == effort["passive"] == 0
@@ -221,8 +221,8 @@ def test_controls_of_motors():
     sim.set_control("hinge", 2.0)
     sim.run(0.5)
     assert sim.state.angular_velocities[0, 1] == pytest.approx(2.0, rel=1e-5)
-    assert sim.coordinate("hinge") == pytest.approx(1.0, rel=0.02)
-    assert sim.coordinate(0) == sim.q[0]
+    assert sim.kinematics.coordinate("hinge") == pytest.approx(1.0, rel=0.02)
+    assert sim.kinematics.coordinate(0) == sim.q[0]
     for call, message in [
         (lambda: sim.set_control("knee", 1.0), 'no control "knee"; known are hinge'),
         (lambda: sim.set_control("hinge", math.nan), "control is nan"),
@@ -362,7 +362,7 @@ def test_substeps():
     report = sim.step()
     assert report.substeps == 4
     assert sim.time == pytest.approx(STEP)
-    forces, _ = sim.contact_forces()
+    forces, _ = sim.forces.contact_forces()
     assert forces.shape == (4, 3)
 
 
@@ -454,7 +454,7 @@ def test_impulses_of_rolling_contacts_solve_their_problem():
     report = sim.run(0.02)
     problem = sim.problem()
     assert report.contacts == 1
-    assert np.abs(sim.impulses[3:]).max() > 0
-    assert problem.residual(sim.impulses) <= 1e-6
+    assert np.abs(sim.forces.impulses[3:]).max() > 0
+    assert problem.residual(sim.forces.impulses) <= 1e-6
     solution = problem.solve(tolerance=1e-9)
-    np.testing.assert_allclose(sim.impulses, solution.x, atol=1e-4 * np.abs(solution.x).max())
+    np.testing.assert_allclose(sim.forces.impulses, solution.x, atol=1e-4 * np.abs(solution.x).max())

@@ -236,15 +236,15 @@ def test_sites(mujoco, tmp_path):
     builder.add_site("a", position=(0.5, 0, 0), name="tip")
     builder.add_site(None, position=(0, 0, 3))
     sim = Simulation(builder.build())
-    tip = sim.site("tip")
+    tip = sim.kinematics.site("tip")
     np.testing.assert_allclose(tip["position"], (1, 0.5, 0), atol=1e-15)
     np.testing.assert_allclose(tip["orientation"], (0.5**0.5, 0, 0, 0.5**0.5))
     np.testing.assert_allclose(tip["linear_velocity"], (-1, 0, 0), atol=1e-15)
-    np.testing.assert_allclose(sim.site_jacobian("tip") @ sim.qd, (-1, 0, 0, 0, 0, 2), atol=1e-15)
-    assert sim.sites["body"].tolist() == [0, -1]
-    assert not sim.site_jacobian(1).any()
+    np.testing.assert_allclose(sim.kinematics.site_jacobian("tip") @ sim.qd, (-1, 0, 0, 0, 0, 2), atol=1e-15)
+    assert sim.kinematics.sites["body"].tolist() == [0, -1]
+    assert not sim.kinematics.site_jacobian(1).any()
     with pytest.raises(InputError, match='no site "toe"; known are tip, site1'):
-        sim.site("toe")
+        sim.kinematics.site("toe")
     with pytest.raises(InputError, match='there is a site "tip" already'):
         builder.add_site("a", name="tip")
     part = amontons.load_model(load(tmp_path, STANDING))
@@ -294,7 +294,7 @@ def test_rays_are_those_of_mujoco(mujoco, tmp_path):
     origins[:200] = d.geom_xpos[1 + np.arange(200) % 5] + 0.05 * rng.normal(size=(200, 3))
     directions = rng.normal(size=(4000, 3)) * 0.5 - origins
     directions[:200] = rng.normal(size=(200, 3))
-    distances, geoms, normals = sim.rays(origins, directions)
+    distances, geoms, normals = sim.kinematics.rays(origins, directions)
     hit, normal = np.zeros(1, np.int32), np.zeros(3)
     for i in range(len(origins)):
         along = directions[i] / np.linalg.norm(directions[i])
@@ -376,18 +376,18 @@ def test_rays_past_bodies():
     builder.add_geom(None, shapes.Plane())
     builder.add_body("ball", shape=shapes.Sphere(0.5), mass=1.0, position=(0, 0, 2))
     sim = Simulation(builder.build())
-    hit = sim.ray((0, 0, 5), (0, 0, -3))
+    hit = sim.kinematics.ray((0, 0, 5), (0, 0, -3))
     assert (hit.distance, hit.geom, hit.normal) == (2.5, sim.model.geom_index(1), (0, 0, 1))
-    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball",)).distance == 5
-    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=("ball", None)) == (math.inf, -1, (0, 0, 0), -1)
-    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=np.int32(0)).distance == 5
-    assert sim.ray((0, 0, 5), (0, 0, -1), exclude=None).distance == 2.5
-    assert sim.ray((0, 0, 2), (1, 0, 0)).distance == 0.5  # from inside to where it leaves
+    assert sim.kinematics.ray((0, 0, 5), (0, 0, -1), exclude=("ball",)).distance == 5
+    assert sim.kinematics.ray((0, 0, 5), (0, 0, -1), exclude=("ball", None)) == (math.inf, -1, (0, 0, 0), -1)
+    assert sim.kinematics.ray((0, 0, 5), (0, 0, -1), exclude=np.int32(0)).distance == 5
+    assert sim.kinematics.ray((0, 0, 5), (0, 0, -1), exclude=None).distance == 2.5
+    assert sim.kinematics.ray((0, 0, 2), (1, 0, 0)).distance == 0.5  # from inside to where it leaves
     for call, message in [
-        (lambda: sim.ray((0, 0, 5), (0, 0, 0)), "a direction is zero"),
-        (lambda: sim.ray((0, 0, math.nan), (0, 0, 1)), r"origin\[2\] is nan"),
-        (lambda: sim.ray((0, 0, 5), (0, 0, 1), exclude=("cube",)), 'no body "cube"'),
-        (lambda: sim.rays(np.zeros((2, 2)), (0, 0, 1)), r"origins has the shape \(2, 2\)"),
+        (lambda: sim.kinematics.ray((0, 0, 5), (0, 0, 0)), "a direction is zero"),
+        (lambda: sim.kinematics.ray((0, 0, math.nan), (0, 0, 1)), r"origin\[2\] is nan"),
+        (lambda: sim.kinematics.ray((0, 0, 5), (0, 0, 1), exclude=("cube",)), 'no body "cube"'),
+        (lambda: sim.kinematics.rays(np.zeros((2, 2)), (0, 0, 1)), r"origins has the shape \(2, 2\)"),
     ]:
         with pytest.raises(InputError, match=message):
             call()

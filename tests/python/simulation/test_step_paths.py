@@ -65,7 +65,7 @@ def test_every_path_is_reached_and_reports_the_true_residual(path):
     for _ in range(100):
         report = sim.step()
         paths.add(report.path)
-        true = sim.problem().residual(sim.impulses, law=sim.options["law"])
+        true = sim.problem().residual(sim.forces.impulses, law=sim.options["law"])
         assert report.residual == pytest.approx(true, rel=1e-6, abs=1e-12)
         assert report.converged == (report.status == "converged" and report.balanced)
         assert report.path != "accurate" or report.status != "made_safe"

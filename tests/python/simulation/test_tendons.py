@@ -5,7 +5,8 @@ from __future__ import annotations
 import amontons
 import numpy as np
 import pytest
-from amontons import InputError, PathElement, TendonTerm
+from amontons import InputError
+from amontons.parts import PathElement, TendonTerm
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -75,7 +76,7 @@ def test_paths(tmp_path, name):
     for _ in range(300):
         d.qpos[:], d.qvel[:] = random.uniform(-1, 1, m.nq), random.uniform(-1, 1, m.nv)
         put(sim, m, d)
-        (row,) = sim.tendon_efforts
+        (row,) = sim.forces.tendon_efforts
         assert row["length"] == pytest.approx(d.ten_length[0], abs=ROUNDING)
         # The point of a way through an obstacle is found by Newton's method, in MuJoCo to 1e-6.
         loose = 3e-6 if "through" in name else ROUNDING

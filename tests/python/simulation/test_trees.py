@@ -166,7 +166,7 @@ def hamiltonian(simulation, probe, h):
     probe.q = q
     mass = np.array([body.mass for body in simulation.model.bodies])
     height = probe.state.positions[:, 2]
-    return 0.5 * qd @ np.array(probe.mass_matrix()) @ qd + G * (mass * height).sum()
+    return 0.5 * qd @ np.array(probe.forces.mass_matrix()) @ qd + G * (mass * height).sum()
 
 
 def share_lost_on_a_standing_base(trees):
@@ -233,7 +233,7 @@ def test_a_machine_moves_alike_in_both_forms():
     assert before[-1].contacts == reports[-1].contacts > 0
     assert np.abs(by_rows.state.positions - by_trees.state.positions).max() < 5e-4
     for table, unit in (("joint_reactions", "force"), ("joint_efforts", "passive")):
-        ours, theirs = getattr(by_trees, table), getattr(by_rows, table)
+        ours, theirs = getattr(by_trees.forces, table), getattr(by_rows.forces, table)
         ours, theirs = (t() if callable(t) else t for t in (ours, theirs))
         assert np.abs(np.asarray(ours[unit]) - np.asarray(theirs[unit])).max() < 0.2
 
@@ -278,9 +278,9 @@ def test_reactions_carry_what_hangs():
     """By the recursive equations: each joint carries all weight below it."""
     simulation, _ = run(hanging(), 0.01, 2e-3)
     forces = (
-        simulation.joint_reactions()["force"]
-        if callable(simulation.joint_reactions)
-        else (simulation.joint_reactions["force"])
+        simulation.forces.joint_reactions()["force"]
+        if callable(simulation.forces.joint_reactions)
+        else (simulation.forces.joint_reactions["force"])
     )
     assert np.allclose(np.asarray(forces), [[0, 0, 5 * G], [0, 0, 3 * G]], atol=1e-9)
 
@@ -300,7 +300,11 @@ def test_an_impact_travels_through_the_joints():
         simulation = Simulation(b.build(), dt=1e-3)
         simulation.step()
         spin = simulation.state.angular_velocities[0, 1]
-        out[trees] = simulation.state.linear_velocities[1], simulation.joint_reactions["force"][0], spin
+        out[trees] = (
+            simulation.state.linear_velocities[1],
+            simulation.forces.joint_reactions["force"][0],
+            spin,
+        )
     # Inertia about the pivot 1 kg m^2 against 1 kg at 1 m: the ball stops, and the rod takes all. The damper
     # must not take part in the impact.
     assert np.allclose(out["auto"][0], 0, atol=1e-6)
@@ -359,7 +363,7 @@ def test_the_problem_of_a_step_has_the_trees_in_it(tmp_path):
     assert "dense" in repr(problem)
     assert np.abs(problem.A - problem.A.T).max() <= 1e-12 * np.abs(problem.A).max()
     problem.write(tmp_path / "problem.npz")
-    read = amontons.read_problem(tmp_path / "problem.npz")
+    read = amontons.vi.read_problem(tmp_path / "problem.npz")
     assert np.array_equal(read.b, problem.b)
     assert np.array_equal(read.A, problem.A)
 

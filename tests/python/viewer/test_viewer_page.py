@@ -174,14 +174,14 @@ def test_sliders_move_joints(opened):
     assert until(lambda: thumbs.count() == 5)  # of force arrows, two joints, a control, a motor
     _, joint, _, control, motor = thumbs.all()
     joint.press("Home")
-    assert until(lambda: abs(sim.coordinate("motor") + 1) < 1e-9)  # put there, at rest
+    assert until(lambda: abs(sim.kinematics.coordinate("motor") + 1) < 1e-9)  # put there, at rest
     control.press("End")  # each for itself: the page sends what comes within 50 ms of a change as one
     assert until(lambda: sim.controls[0] == 0.5)
     motor.press("End")
     assert until(lambda: sim.controls[1] == 1)
     page.get_by_role("button", name="Play").click()
-    assert until(lambda: abs(sim.coordinate("motor") - 1) < 0.01)
-    assert until(lambda: abs(sim.coordinate("driven") - 0.5) < 0.01)
+    assert until(lambda: abs(sim.kinematics.coordinate("motor") - 1) < 0.01)
+    assert until(lambda: abs(sim.kinematics.coordinate("driven") - 0.5) < 0.01)
     assert until(lambda: float(joint.get_attribute("aria-valuenow")) > 0.98)
     page.get_by_role("button", name="Reset").click()
     assert until(lambda: abs(float(control.get_attribute("aria-valuenow"))) < 1e-3)

@@ -35,7 +35,7 @@ class Trees:
             coordinates[model.core.first_dof(j) :][: len(joint.dofs)] for j, joint in enumerate(model.joints)
         ]
         """by joint: its coordinates in the initial pose"""
-        self.lengths: Array = simulation.tendon_efforts["length"]
+        self.lengths: Array = simulation.forces.tendon_efforts["length"]
         """of the tendons in the initial pose"""
         self.branches: list[Branch] = []
         self.loops: list[int] = []

@@ -25,7 +25,7 @@ TOLERATED_ASYMMETRY = 1e-2
 
 
 def read_fclib(path: Path, limits: Limits) -> Problem:
-    """The problem of an FCLIB file; see `amontons.read_problem`."""
+    """The problem of an FCLIB file; see `amontons.vi.read_problem`."""
     if not h5py.is_hdf5(path):
         raise FileError(
             f"{path}: is not an HDF5 file (its signature is missing); is it empty or of another kind?"

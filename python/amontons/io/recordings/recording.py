@@ -17,9 +17,9 @@ import numpy as np
 from ...errors import FileError, InputError
 from ...limits import Limits
 from ...model.model import Model
-from ...simulation.forces import CONTACTS
 from ...simulation.outcome import REPORTS
 from ...simulation.simulation import Simulation
+from ...simulation.tables import CONTACTS
 from ..files import existing
 from ..hdf5 import Reader, open_hdf5
 from .columns import Column, column_of, units_of

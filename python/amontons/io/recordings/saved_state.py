@@ -94,7 +94,7 @@ def load(path: str | PathLike[str], changes: dict[str, Any]) -> Simulation:
 
 def _require_format(reader: Reader) -> None:
     if reader.text("format") != FORMAT:
-        remedy = "read it with amontons.read_problem" if _is_problem(reader) else "it holds something else"
+        remedy = "read it with amontons.vi.read_problem" if _is_problem(reader) else "it holds something else"
         raise reader.fail(f"is not a file that Simulation.save wrote; {remedy}")
     reader.require_version(VERSION)
 

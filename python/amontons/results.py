@@ -1,0 +1,39 @@
+"""Types of what functions and properties return, for annotations: nobody has to make one."""
+
+from .io import Lost as Lost
+from .model.presets import Unread as Unread
+from .simulation.derivative import Derivative as Derivative
+from .simulation.derivative import Pullback as Pullback
+from .simulation.events import ContactEvents as ContactEvents
+from .simulation.forces import Effort as Effort
+from .simulation.forces import Forces as Forces
+from .simulation.forces import Instant as Instant
+from .simulation.forces import Reaction as Reaction
+from .simulation.inverse_kinematics import IkSolution as IkSolution
+from .simulation.kinematics import Kinematics as Kinematics
+from .simulation.kinematics import RayHit as RayHit
+from .simulation.linearise import Linearisation as Linearisation
+from .simulation.loads import Loads as Loads
+from .simulation.rollout import Rollout as Rollout
+from .simulation.tape import Gradient as Gradient
+from .studies.identify import Fit as Fit
+
+__all__ = [
+    "ContactEvents",
+    "Derivative",
+    "Effort",
+    "Fit",
+    "Forces",
+    "Gradient",
+    "IkSolution",
+    "Instant",
+    "Kinematics",
+    "Linearisation",
+    "Loads",
+    "Lost",
+    "Pullback",
+    "RayHit",
+    "Reaction",
+    "Rollout",
+    "Unread",
+]

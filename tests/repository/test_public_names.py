@@ -1,0 +1,88 @@
+"""The public names: how many there are, and that those of earlier versions say where they are now."""
+
+import re
+
+import amontons
+import pytest
+
+DOORS = (amontons.vi, amontons.parts, amontons.results)
+# What `simulation.NAME` is now a member of, by the table of docs/reference/index.md.
+PARTS = {"kinematics": amontons.results.Kinematics, "forces": amontons.results.Forces}
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    return amontons.Simulation(amontons.scenes.stack(boxes=1))
+
+
+def moved(text):
+    """(before, now) of all names of the rows `place.X` for X = ..."""
+    for owner, names, now in re.findall(
+        r"^\| `([\w.]+)\.X` for X = ([^|]+) \| `([\w.]+)\.X` \|$", text, re.M
+    ):
+        for name in re.findall(r"`(\w+)`", names):
+            yield f"{owner}.{name}", f"{now}.{name}"
+
+
+# Breaks when the package shows more than people who simulate need: all else has modules of its own.
+def test_few_names():
+    assert len(amontons.__all__) == len(set(amontons.__all__)) <= 50
+    assert set(amontons.__all__) <= set(dir(amontons)) | {"scenes"}
+
+
+# Breaks when Simulation grows again: what tells of poses or forces belongs to one of its two parts.
+def test_few_members(simulation):
+    members = [name for name in dir(simulation) if not name.startswith("_")]
+    assert len(members) <= 35, members
+
+
+# Breaks when a name is public in two places, so that programs and documents differ in which they take.
+def test_one_place_for_a_name():
+    shown = [name for door in (amontons, *DOORS) for name in door.__all__]
+    assert len(shown) == len(set(shown))
+    own = {name for name in dir(amontons.Simulation) if not name.startswith("_")}
+    for part in PARTS.values():
+        assert not own & set(dir(part))
+
+
+# Breaks when a name that moved is only missing, or the error sends its reader to a place where it is not.
+def test_names_that_moved(root, simulation):
+    table = dict(moved((root / "docs" / "reference" / "index.md").read_text()))
+    assert len(table) > 80
+    for before, now in table.items():
+        owner, _, name = before.partition(".")
+        place = now.split(".")[-2]
+        if owner == "amontons":
+            assert name in getattr(amontons, place).__all__
+            with pytest.raises(ImportError, match=f"^{before} is now {now}$"):
+                getattr(amontons, name)
+            with pytest.raises(ImportError, match=f"^{before} is now {now}$"):
+                exec(f"from amontons import {name}", {})
+        else:
+            assert hasattr(PARTS[place], name)
+            with pytest.raises(AttributeError, match=f"^{before} is now {now}$"):
+                getattr(simulation, name)
+
+
+# Breaks when the changelog and the reference tell different moves.
+def test_changelog_has_the_table(root):
+    texts = [(root / name).read_text() for name in ("CHANGELOG.md", "docs/reference/index.md")]
+    assert dict(moved(texts[0])) == dict(moved(texts[1]))
+
+
+# Breaks when names that never were are answered by something else than the usual error, or hasattr raises.
+def test_unknown_names(simulation):
+    assert not hasattr(amontons, "nothing")
+    assert not hasattr(simulation, "nothing")
+    with pytest.raises(AttributeError, match=r"no attribute 'contcts' \(did you mean 'contacts'\?\)"):
+        simulation.contcts  # noqa: B018
+
+
+# Breaks when a part keeps showing what its simulation was before its options or its model changed.
+def test_parts_follow_their_simulation(simulation):
+    forces = simulation.forces
+    simulation.step()
+    simulation.change_options(dt=1e-3)
+    simulation.step()
+    assert forces.instant.time == simulation.time - 1e-3
+    assert "Forces of amontons.Simulation" in repr(forces)
