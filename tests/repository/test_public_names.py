@@ -49,6 +49,8 @@ def test_one_place_for_a_name():
 def test_names_that_moved(root, simulation):
     table = dict(moved((root / "docs" / "reference" / "index.md").read_text()))
     assert len(table) > 80
+    with pytest.raises(AttributeError, match=r"now amontons\.view\(simulation\)"):
+        simulation.view  # noqa: B018
     for before, now in table.items():
         owner, _, name = before.partition(".")
         place = now.split(".")[-2]

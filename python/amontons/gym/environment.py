@@ -10,6 +10,7 @@ import numpy as np
 
 from ..checks import Array
 from ..errors import InputError
+from ..viewer import view
 from .picture import Painter
 from .task import Task
 from .worlds import Worlds, action_space, checked_actions, observation_space
@@ -44,7 +45,7 @@ class Environment(gymnasium.Env[Array, Array]):
         self._due = 0.0
         if render_mode == "human":
             name = type(task).__name__
-            self.viewer = self.simulation.view(play=None, open_browser=True, title=name)
+            self.viewer = view(self.simulation, play=None, open_browser=True, title=name)
             print(f"{name}: {self.viewer.url}", flush=True)
 
     @property

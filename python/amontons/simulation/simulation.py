@@ -62,12 +62,6 @@ def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
     raise NotImplementedError("import amontons.io, which reads files")
 
 
-@hook
-def open_viewer(simulation: Simulation, options: dict[str, Any]) -> Any:
-    """Function behind `Simulation.view`; amontons.viewer supplies it."""
-    raise NotImplementedError("import amontons.viewer, which shows simulations")
-
-
 class Simulation:
     """A model and its state, advanced in time steps, each one variational inequality.
 
@@ -601,10 +595,6 @@ class Simulation:
         """
         save_file(self, path)
 
-    def view(self, **options: Any) -> Any:
-        """Show the simulation on a page in the browser: `amontons.view`, which says what the options are."""
-        return open_viewer(self, options)
-
     @classmethod
     def load(cls, path: str | PathLike[str], **options: Any) -> Simulation:
         """The simulation that `save` wrote; `options` replace those that it had.
@@ -622,6 +612,8 @@ class Simulation:
 
         def __getattr__(self, name: str) -> Any:
             """Only for names that are not there: those of earlier versions say where they are now."""
+            if name == "view":
+                raise AttributeError("simulation.view() is now amontons.view(simulation)")
             for part in (Kinematics, Forces):
                 if not name.startswith("_") and hasattr(part, name):
                     where = part.__name__.lower()

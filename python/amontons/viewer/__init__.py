@@ -1,11 +1,11 @@
-"""Simulations and recordings on a page in the browser: `Simulation.view`, and `view` for both."""
+"""Simulations and recordings on a page in the browser: `view`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..simulation.simulation import Simulation, open_viewer
+from ..simulation.simulation import Simulation
 
 if TYPE_CHECKING:
     from ..io.recordings.recording import Recording
@@ -63,10 +63,3 @@ def view(
     if open_browser:
         open_page(viewer.url)
     return viewer
-
-
-def _of_simulation(simulation: Simulation, options: dict[str, Any]) -> Viewer:
-    return view(simulation, **options)
-
-
-open_viewer.supply(_of_simulation)

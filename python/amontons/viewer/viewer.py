@@ -44,7 +44,7 @@ MOST_POSTED = 1000
 
 
 class Viewer:
-    """A page that shows a simulation or a recording; made by `Simulation.view` or `amontons.viewer.view`."""
+    """A page that shows a simulation or a recording; made by `amontons.view`."""
 
     def __init__(
         self,
