@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from amontons import Simulation
 from amontons.model.coordinates import degrees
-from amontons.simulation.forces import effort_table
+from amontons.simulation.tables import effort_table
 from amontons.simulation.tangent import difference, integrate
 
 OPTIONS = {"dt": 2e-3, "tolerance": 1e-11, "warm_start": False, "on_failure": "ignore"}
