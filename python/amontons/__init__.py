@@ -76,6 +76,10 @@ __all__ = sorted(
 __all__ += ["__version__", "parts", "results", "shapes", "vi"]
 
 
+def __dir__() -> list[str]:
+    return __all__  # without the modules that are internal
+
+
 if not TYPE_CHECKING:  # checkers of types know which names there are
 
     def __getattr__(name: str) -> _Any:
