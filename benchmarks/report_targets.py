@@ -24,6 +24,7 @@ class Results:
         self.kernel, self.sets = read_csv(folder / "kernel.csv"), read_csv(folder / "instruction_sets.csv")
         self.profile = read_csv(folder / "profile.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
+        self.orders = read_csv(folder / "orders.csv")
         self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
         self.engines = read_csv(folder / "engines.csv")
         self.deadlines, self.budgets = read_csv(folder / "deadlines.csv"), read_csv(folder / "budgets.csv")

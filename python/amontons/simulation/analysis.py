@@ -144,7 +144,7 @@ class Analysis(Queries):
         probe = self._precise(tolerance)
         core = probe._core
         if contacts == "held":
-            core.assign(placed(core, self._model))
+            core.assign(placed(core, self._model, steady=True))
             core.step()
             core = Held(core, self._model, core_options(probe.options)).simulation()
         change = held_change(self._model) if contacts == "held" else CHANGE

@@ -54,7 +54,10 @@ class GeneralisedCoordinates:
 
     @property
     def qdd(self) -> Array:
-        """Generalised accelerations, (nv,): the change of qd over the last step, by dt; zeros before it."""
+        """Generalised accelerations, (nv,), of which the last step's forces are the cause; zeros before it.
+
+        Means from the middle of the step before to that of the last one.
+        """
         return _read_only(self._model.tree.rates(self._core))
 
     def set_q(self, values: Values) -> None:

@@ -8,7 +8,7 @@ and from impulses to the state after the step. It is differentiated by central d
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
-from .differences import HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
+from .differences import HELD, HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
 from .forces import effort_table
 
 OPEN_END = 1e-5
@@ -36,13 +36,16 @@ class Derivative:
     """The derivative of a step: (q, qd) after it over (q, qd), inputs and parameters before it.
 
     Rows, and columns of A: changes of q along qd (nv), qd (nv), activations (na), as in `Linearisation`;
-    those of rows from the q after the step. So the derivative of two steps is the product of theirs.
+    those of rows from the q after the step. qd is that of the middle of a step, with which the next one
+    begins. So the derivative of two steps is the product of theirs.
     """
 
     A: Array
     """(2 nv + na, 2 nv + na)"""
     B: Array
-    """(2 nv + na, inputs)"""
+    """(2 nv + na, inputs): of inputs over this step"""
+    B_before: Array
+    """(2 nv + na, inputs): of inputs over the step before, since forces act from middle to middle"""
     P: Array
     """(2 nv + na, parameters), in the units of the parameters"""
     dt: float
@@ -69,7 +72,7 @@ class Derivative:
         w = vector("cotangent", cotangent)
         if len(w) != len(self.A):
             raise InputError(f"cotangent has {len(w)} entries; the state has {len(self.A)}")
-        return Pullback(w @ self.A, w @ self.B, w @ self.P)
+        return Pullback(w @ self.A, w @ self.B, w @ self.B_before, w @ self.P)
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,9 @@ class Pullback:
     state: Array
     """(2 nv + na,)"""
     inputs: Array
-    """(inputs,)"""
+    """(inputs,), over this step"""
+    inputs_before: Array
+    """(inputs,), over the step before"""
     parameters: Array
     """(parameters,)"""
 
@@ -102,7 +107,7 @@ class Held:
             made.restore(self._before)
             return made
         arrays = self._before.arrays
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         made.restore(_core.State(model.core, arrays=arrays, **scalars))
         return made
 
@@ -117,6 +122,8 @@ def derivative_of(
     stepped = Stepped(model, model.tree.coordinates(after)[0], threads)
     entries = entries_of(core, model, inputs, held_change(model))
     sides = list(stepped.sides(core, entries))
+    held_inputs = [replace(e, kind=HELD[e.kind]) for e in entries if e.kind in HELD]
+    before = [side.slope for side in stepped.sides(core, held_inputs)]
     (middle,) = stepped.after([placed(core, model)])
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
@@ -128,6 +135,7 @@ def derivative_of(
     return Derivative(
         matrix[:, :size].copy(),
         matrix[:, size:].copy(),
+        np.array(before).reshape(len(before), size).T.copy(),
         np.array(moved).reshape(len(names), size).T.copy(),
         dt,
         states,

@@ -1,13 +1,15 @@
 """Differences of a time step: copies of a simulation that differ in one entry each, stepped side by side.
 
 The state x of a simulation has dq (nv), a change of q along qd, then qd (nv), then the activations of
-actuators that have any.
+actuators that have any. qd are the rates of the middle of a step, with which the next one begins. A
+motion depends on them and q alone, so that derivatives of steps multiply.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -33,6 +35,8 @@ SMALL = 1e-2
 FLAT = 1e-4
 """Slopes of states below it may be rounding: a change that a contact takes back within the step."""
 INPUTS = {"controls": None, "joint_forces": None}
+HELD = {"controls": "held_controls", "joint_forces": "held_joint_forces"}
+"""the same over the step before, in which a part of the impulses of this one acts"""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class Entry:
     """Something that is changed by so much to both sides."""
 
     kind: str
-    """q | qd | activations | controls | joint_forces"""
+    """q | qd | activations | controls | joint_forces | held_controls | held_joint_forces"""
     index: int
     low: float
     high: float
@@ -89,10 +93,13 @@ def kinks_of(
 
 
 class Stepped:
-    """States of copies of a simulation after a step, as changes from the coordinates q."""
+    """States of copies of a simulation after a step, as changes from the coordinates q.
 
-    def __init__(self, model: Model, q: Array, threads: int | None) -> None:
-        self.model, self.q, self.threads = model, q, threads or usable_cores()
+    steady: the step is one of a motion that lasts, with the same loads before.
+    """
+
+    def __init__(self, model: Model, q: Array, threads: int | None, steady: bool = False) -> None:
+        self.model, self.q, self.threads, self.steady = model, q, threads or usable_cores(), steady
         self.residual = 0.0
         """the largest of all steps"""
 
@@ -100,7 +107,7 @@ class Stepped:
         self, copies: Sequence[_core.Simulation], trees: Sequence[_core.Tree] | None = None
     ) -> list[Array]:
         """The state of each after a step."""
-        q, qd, residuals, _, _, failures = _core.run_worlds(
+        q, _, residuals, _, _, failures = _core.run_worlds(
             trees or [self.model.tree], copies, None, None, 1, 1, self.threads
         )
         if any(failures):
@@ -113,14 +120,17 @@ class Stepped:
             len(copies), len(active)
         )
         moved = differences(self.model, start, q[:, 0])
-        return list(np.concatenate([moved, qd[:, 0], activations], axis=1))
+        rates = [
+            middle_rates(copy, tree)
+            for copy, tree in zip(copies, cycle(trees or [self.model.tree]), strict=False)
+        ]
+        return list(np.concatenate([moved, np.array(rates).reshape(moved.shape), activations], axis=1))
 
     def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
         """Both sides of each entry, from the state of `core`."""
-        q, qd = self.model.tree.coordinates(core)
         for first in range(0, len(entries), TOGETHER // 2):
             part = entries[first : first + TOGETHER // 2]
-            copies = [_changed(core, self.model, q, qd, e, by) for e in part for by in (e.low, e.high)]
+            copies = [_changed(core, self.model, e, by, self.steady) for e in part for by in (e.low, e.high)]
             rows = self.after(copies)
             for k, entry in enumerate(part):
                 yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
@@ -137,12 +147,29 @@ class Stepped:
         return Sides(rows[0], rows[1], (low, high))
 
 
-def placed(core: _core.Simulation, model: Model) -> _core.Simulation:
+def middle_rates(core: _core.Simulation, tree: _core.Tree) -> Array:
+    """The rates with which the next step begins; the velocities of `core` become them."""
+    core.show_middle()
+    rates: Array = tree.coordinates(core)[1]
+    return rates
+
+
+def steadied(core: _core.Simulation) -> _core.Simulation:
+    """A copy whose next step is one of a motion that lasts."""
+    copy = core.copy()
+    copy.show_middle()
+    copy.begin_with_shown(True)
+    return copy
+
+
+def placed(core: _core.Simulation, model: Model, steady: bool = False) -> _core.Simulation:
     """A copy whose bodies are where the tree of joints puts them, as those of changed copies are."""
     copy, none = core.copy(), np.zeros(model.nv, np.uint8)
-    q, qd = model.tree.coordinates(core)
+    copy.show_middle()
+    q, qd = model.tree.coordinates(copy)
     model.tree.set_q(copy, q, none)
     model.tree.set_qd(copy, qd, none)
+    copy.begin_with_shown(steady)
     return copy
 
 
@@ -194,10 +221,10 @@ def _within(kind: str, index: int, now: float, lower: float, upper: float) -> En
     return Entry(kind, index, max(lower - now, -by), min(upper - now, by))
 
 
-def _changed(
-    core: _core.Simulation, model: Model, q: Array, qd: Array, entry: Entry, by: float
-) -> _core.Simulation:
+def _changed(core: _core.Simulation, model: Model, entry: Entry, by: float, steady: bool) -> _core.Simulation:
     copy, none = core.copy(), np.zeros(model.nv, np.uint8)
+    copy.show_middle()
+    q, qd = model.tree.coordinates(copy)
     if entry.kind in ("q", "qd"):
         change = np.zeros(model.nv)
         change[entry.index] = by
@@ -207,6 +234,7 @@ def _changed(
             model.tree.set_qd(copy, qd + change, none)
     else:
         getattr(copy, entry.kind)[entry.index] += by
+    copy.begin_with_shown(steady)
     return copy
 
 

@@ -518,7 +518,7 @@ class Simulation(Acting, Analysis):
         arrays = values.pop("_arrays")
         self.__dict__.update(values)
         core = _core.Simulation(self._model.core, core_options(self._options))
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
         self._take(core)
 
@@ -527,7 +527,7 @@ class Simulation(Acting, Analysis):
         snapshot = self._core.snapshot()
         arrays = snapshot.arrays
         arrays |= {"time": time, "steps": steps}
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         self._core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
         self._take(self._core)
 

@@ -152,13 +152,13 @@ JacobianRow row_of(const Place& p, double sign, Index auxiliary) {
   return row;
 }
 
-// E, c and position of the first n row, whose impulse is h times the mean tension T. A spring k that pulls
-// beyond its rest length has T = k (stretch + h l'), and u_n = -l' + E n + c = 0 gives
-//   E = 1 / (h^2 k),  c = -stretch / h.
+// E, c and position of the first n row, whose impulse over the kick K is K times the mean tension T. A spring
+// k that pulls beyond its rest length has T = k (stretch + h l'). From u_n = -l' + E n + c = 0 follow
+//   E = 1 / (K h k),  c = -stretch / h.
 // A given length is the inequality of any limit: a rope of a given length, or a spring that only pulls.
 RowTerms rope_terms(const RowInput& in, const Tendon& d, double length) {
   const double h = in.options.h;
-  if (d.stiffness > 0) return {1 / (h * h * d.stiffness), -(length - d.rest_upper) / h};
+  if (d.stiffness > 0) return {1 / (in.options.kick * h * d.stiffness), -(length - d.rest_upper) / h};
   return {0, closing(d.upper - length, in.options), Restraint::inequality, d.upper - length};
 }
 

@@ -35,23 +35,16 @@ void add_part(const PositionErrors& errors, const StepProblem& posed, const Solv
   report.factorizations = sums.factorizations;
 }
 
-// Kinetic energy at the end; energies of gravity and springs half a step earlier: see Report. Coordinates are
-// restored to those at the start of the step, from which the next step continues.
+// Coordinates are restored to those at the start of the step, from which the next step continues.
 void add_energies(const Model& model, State& state, const BodyFrames& frames,
-                  const BodyVelocities& velocities, double h, Report& report) {
+                  const BodyVelocities& velocities, Report& report) {
   report.kinetic_energy = kinetic_energy(model, frames, velocities);
-  report.potential_energy = gravity_energy(model, frames, velocities, 0.5 * h);
+  report.potential_energy = gravity_energy(model, frames);
   if (!has_springs(model)) return;
-  static thread_local BodyFrames middle;
   static thread_local std::vector<double> coordinates;
-  middle = frames;
-  for (std::size_t i = 0; i < middle.size(); ++i) {
-    middle[i].pose = moved(frames[i], velocities[i], -0.5 * h);
-    middle[i].centre -= 0.5 * h * velocities[i].linear;
-  }
   coordinates = state.coordinates;
-  update_coordinates(model, middle, state);
-  report.spring_energy = spring_energy(model, middle, state);
+  update_coordinates(model, frames, state);
+  report.spring_energy = spring_energy(model, frames, state);
   state.coordinates = coordinates;
 }
 

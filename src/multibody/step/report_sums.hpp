@@ -9,8 +9,8 @@ namespace amontons {
 // Adds a part of a step: the errors at its start, and its result.
 void add_part(const PositionErrors& errors, const StepProblem& posed, const Solved& solved, double tolerance,
               StepSums& sums, Report& report);
-// Energies at the end of a step of length h, or of its last part.
+// Energies at the end of a step.
 void add_energies(const Model& model, State& state, const BodyFrames& frames,
-                  const BodyVelocities& velocities, double h, Report& report);
+                  const BodyVelocities& velocities, Report& report);
 
 }  // namespace amontons

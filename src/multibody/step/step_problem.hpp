@@ -20,6 +20,7 @@ struct StepProblem {
   ContactTurns turns;        // contained in b
   BodyVelocities predicted;  // scratch
   SmoothScratch smooth;
+  std::vector<unsigned char> carried;  // per contact: it had an impulse in the last step
 };
 
 // Its solution, the result of stages 5 to 7.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/row_terms.hpp"
 #include "multibody/trees/policy.hpp"
 #include "multibody/trees/poses.hpp"
 
@@ -13,13 +14,17 @@ namespace amontons {
 
 namespace {
 
-// Forces along a coordinate that are linear in its rate act implicitly, at the end of the step.
+// Forces along a coordinate that are linear in its rate act implicitly, as those of rows (drive_terms).
 //
 // The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
-double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h) {
+double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h, double last) {
   const TreeDrive& d = trees.drives[k];
-  return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) -
-         d.inertia * (rate - trees.before[k]);
+  const DriveShares s = drive_shares(h, last, d.euler);
+  const double before = trees.before[k];
+  return -0.5 * (last + h) *
+             (d.stiffness * (d.stretch + s.stretch_after * rate + s.stretch_before * before) +
+              d.damping * (s.rate_after * rate + s.rate_before * before)) -
+         d.inertia * (rate - before);
 }
 
 // The world has none. A driven body has that of its given velocity, whose centre of mass moves straight.
@@ -141,7 +146,7 @@ namespace {
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
-void find_rates(const Model& model, const Forest& forest, const State& state, double h,
+void find_rates(const Model& model, const Forest& forest, const State& state, double h, double last_step,
                 const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
                 int rounds, TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
@@ -154,7 +159,7 @@ void find_rates(const Model& model, const Forest& forest, const State& state, do
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     project(forest, trees.impulse, trees);
     for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(trees, k, rates[k], h) + (pushed.empty() ? 0.0 : pushed[k]);
+      trees.along[k] += drive_impulse(trees, k, rates[k], h, last_step) + (pushed.empty() ? 0.0 : pushed[k]);
     trees.constrained->linkage->solve(trees.along.data());
     double change = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -170,26 +175,39 @@ void find_rates(const Model& model, const Forest& forest, const State& state, do
 
 }  // namespace
 
-// The momenta before the step are those of the displacement that led here, over the step before. After the
-// first state, or if the user has moved a tree, that displacement is the one of the present rates backwards.
+// The momenta of bodies that move with the rates `before`, at one instant.
+static void make_first_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                               TreeStep& trees) {
+  trees.velocities = start;
+  write_velocities(forest, frames, trees.before, trees, trees.velocities);
+  trees.supply.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+    trees.supply[i] = momentum_of(trees.inertias[i], trees.flow[i]);
+}
+
+// The momenta before the step are those of the displacement that led here, over the step before. Without a
+// step before they are those of the rates, which are then of this instant.
 void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                               const BodyFrames& frames, const BodyVelocities& start,
+                               double last, const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
   read_rates(forest, trees, frames, start, trees.before);
-  const double last = state.impulse_step > 0 ? state.impulse_step : h;
-  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
+  const double kick = 0.5 * (last + h);
+  if (last > 0)
+    make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
+  else
+    make_first_momenta(forest, frames, start, trees);
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
-    const Vec3 push = h * (weight + state.forces[body]) + loads[body].force;
-    const Vec3 turn = h * state.torques[body] + loads[body].torque;
+    const Vec3 push = kick * weight + loads[body].force;
+    const Vec3& turn = loads[body].torque;
     trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
   trees.free = trees.before;
   trees.fastest = 0;
   for (const double rate : trees.before) trees.fastest = std::max(trees.fastest, std::abs(rate));
-  find_rates(model, forest, state, h, frames, start, {}, trees::first_rounds, trees, trees.free);
+  find_rates(model, forest, state, h, last, frames, start, {}, trees::first_rounds, trees, trees.free);
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
@@ -198,8 +216,8 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
 // impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
 // the impulses.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                             const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
-                             TreeStep& trees, BodyVelocities& free) {
+                             double last, const BodyFrames& frames, const BodyVelocities& start,
+                             std::span<const double> w, TreeStep& trees, BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
   trees.pushed.assign(n, 0.0);
@@ -213,14 +231,20 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     linkage.solve(trees.caused.data());
   }
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  find_rates(model, forest, state, h, frames, start, trees.pushed, trees::most_rounds, trees, trees.free);
+  find_rates(model, forest, state, h, last, frames, start, trees.pushed, trees::most_rounds, trees,
+             trees.free);
   for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
+// The velocity of the origin of a body after write_velocities().
+static Vec3 origin_velocity(const TreeStep& trees, std::size_t i) {
+  const TreePlace& place = trees.places[i];
+  return trees.flow[i].linear + cross(trees.flow[i].angular, place.pose.position - place.reference);
+}
+
 // Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
-// velocities in the state are those of the rates in the new pose. The rates are means over the step: they
-// belong to its middle, as all velocities after a step.
+// middle velocities are those of the rates in the new pose, since the rates are means over the step.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
                 double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
                 State& state) {
@@ -248,10 +272,27 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   write_velocities(forest, moved, rates_then, trees, after);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
-    const TreePlace& place = trees.places[i];
-    const Flow& f = trees.flow[i];
-    state.linear_velocities[body] = f.linear + cross(f.angular, place.pose.position - place.reference);
-    state.angular_velocities[body] = f.angular;
+    state.middle_velocities[body].linear = origin_velocity(trees, i);
+    state.middle_velocities[body].angular = trees.flow[i].angular;
+  }
+}
+
+// A tree is one island, so that its bodies have one share. Rates of coordinates change smoothly where the
+// velocities of bodies do.
+void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, TreeStep& trees,
+                           State& state) {
+  trees.mean = trees.after;
+  bool stopped = true;
+  for (const double rate : trees.after) stopped = stopped && rate == 0;
+  for (const TreeBody& b : forest.bodies)
+    for (std::size_t k = b.first; k < b.first + b.count && !stopped; ++k)
+      trees.mean[k] += ahead[b.body] * (trees.after[k] - trees.before[k]);
+  write_velocities(forest, trees.frames, trees.mean, trees, trees.velocities);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    MiddleVelocity& middle = state.middle_velocities[body];
+    state.linear_velocities[body] = middle.left_linear = origin_velocity(trees, i);
+    state.angular_velocities[body] = middle.left_angular = trees.flow[i].angular;
   }
 }
 
@@ -259,8 +300,8 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
 //
 // A ball has the inertia of its drive here; its spring and damper are rows. Columns of a reversed joint are
 // -1 times the axes of A.
-void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees, State& state) {
-  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h); };
+void store_drive_impulses(const Forest& forest, double h, double last, const TreeStep& trees, State& state) {
+  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h, last); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     if (b.joint < 0) continue;
