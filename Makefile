@@ -18,7 +18,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Python for Windows puts its programs elsewhere.
 BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BUILD := build/python
-FORMATTED = $(shell find include src bindings fmu tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
+FORMATTED = $(shell find include src bindings fmu playground tests/cpp benchmarks examples \( -name '*.hpp' -o -name '*.cpp' \))
 # Folders are prerequisites too: their time changes when a file is added or removed.
 NATIVE := $(shell find include src bindings fmu cmake 2>/dev/null) CMakeLists.txt pyproject.toml
 # What lint runs of tools; check_policy.py follows when the rooms that it lists have their policy.hpp.
@@ -30,12 +30,13 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
+.PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays playground notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room;  make quick ROOM=joint  by file name'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
+	@echo 'make playground the engine in a page of the browser, in out/playground, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
 	@echo 'make gpu       tests and benchmarks of devices, on the GPUs that there are; written to benchmarks/results'
@@ -137,6 +138,11 @@ docs/figures/wall.webp: out/demo/wall.h5 | install
 out/demo/wall.h5: | install
 	@mkdir -p out/demo
 	@$(BIN)/amontons run wall --duration 2 --tolerance 1e-3 --threads $(JOBS) --record $@ --record-every 4 || [ $$? -eq 1 ]
+
+# The core as WebAssembly in a page (docs/playground.md); needs emscripten and, once, the npm registry.
+playground: install
+	$(say) 'Compiling the core to WebAssembly: minutes, when it changed'
+	@$(BIN)/python tools/make_playground.py
 
 notebooks: install
 	@$(BIN)/python tools/website/notebooks.py

@@ -4,10 +4,10 @@
 
 Both folders are results of `make bench` on one machine, one right after the other. Prints a Markdown table of
 the kernel (ns per contact), the files (time of all, per law and tolerance), the steps (time to the
-tolerance), the scenes (mean step), the robots (median step of each model, at both time steps), the scenes of
-the engines (step, of amontons alone) and the broad phase, with the ratio after over before, and that of the
-iterations where they are counted. A part has a line with its total time. The total over all parts is the
-geometric mean of their ratios, because their units differ.
+tolerance), the scenes (mean step), the robots (median step of each model, at both time steps) and the broad
+phase, with the ratio after over before, and that of the iterations where they are counted. A part has a line
+with its total time. The total over all parts is the geometric mean of their ratios, because their units
+differ.
 
 The exit code is 1 if an entry is slower than the limit, if one has no time any more, or if the total is above
 --total. A table that neither folder has is left out.
@@ -34,8 +34,6 @@ class Table:
     time: str
     unit: str
     work: str | None = None
-    only: tuple[str, str] | None = None
-    """a column and what its values begin with; other rows are left out"""
 
 
 TABLES = (
@@ -45,7 +43,6 @@ TABLES = (
     Table("simulation.csv", ("name",), "step", "s", "iterations"),
     Table("robots.csv", ("model",), "step_median", "s"),
     Table("robots_2ms.csv", ("model",), "step_median", "s"),
-    Table("engines.csv", ("case", "engine"), "step", "s", only=("engine", "amontons")),
     Table("broad_phase.csv", ("scene", "bodies"), "next_ns_per_body", "ns"),
 )
 
@@ -75,7 +72,7 @@ def entries(folder: Path, table: Table) -> Sums:
     sums: Sums = defaultdict(lambda: (0.0, 0.0))
     with (folder / table.file).open() as lines:
         for row in csv.DictReader(lines):
-            if not row[table.time] or (table.only and not row[table.only[0]].startswith(table.only[1])):
+            if not row[table.time]:
                 continue
             name = " ".join(row[column] for column in table.names)
             time, work = sums[name]

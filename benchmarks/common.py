@@ -139,7 +139,14 @@ def command() -> str:
     program, *words = sys.argv
     folders = {word for option in ("--data", "--out", "--figures", "--build") if option in words
                for word in words[words.index(option) : words.index(option) + 2]}  # fmt: skip
-    return shlex.join(["python", f"benchmarks/{Path(program).name}", *(w for w in words if w not in folders)])
+    path = Path(program)
+    if path.name == "__main__.py":
+        how = ["-m", path.parent.name]
+    elif (path.parent / "__init__.py").exists():
+        how = ["-m", f"{path.parent.name}.{path.stem}"]
+    else:
+        how = [f"benchmarks/{path.name}"]
+    return shlex.join(["python", *how, *(w for w in words if w not in folders)])
 
 
 def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:

@@ -15,16 +15,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from time import process_time
 from typing import Any
 
 import amontons
 import amontons.scenes
 import matplotlib.pyplot as plt
 import numpy as np
-from beside import in_amontons, in_mujoco
-from beside.engine import Engine, Running, Subject, Unsupported
+from beside.engine import Engine, Running
+from beside.engine import engines as installed
 from beside.figure import COLOURS
+from beside.plain import Unsupported
+from beside.scenes import plain
 from common import SAMPLE, arguments, shrink, tracked, use_one_core, with_folders, write_csv
 from matplotlib.ticker import NullFormatter
 
@@ -68,8 +69,7 @@ FAMILIES = (
 
 
 def engines() -> Iterator[Engine]:
-    yield from in_amontons.engines()
-    yield from (e for e in in_mujoco.engines() if not e.tuned)
+    yield from (e for e in installed("amontons", "mujoco") if e.key == "amontons" or not e.tuned)
 
 
 @dataclass
@@ -88,9 +88,7 @@ class Entry:
         for part in parts:
             if self.spent >= limit:
                 return
-            start = process_time()
-            self.running.advance(part)
-            busy = process_time() - start
+            busy = self.running.advance(part)
             self.spent += busy
             if measured:
                 self.times.append(busy / part)
@@ -98,10 +96,10 @@ class Entry:
 
 def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float) -> list[Row]:
     """A row per engine: the median time of a step over equal parts, made in turns."""
-    subject, entries = Subject(family.make(size)), []
+    scene, entries = plain(family.make(size)), []
     for engine in chosen:
         try:
-            entries.append(Entry(engine, engine.start(subject, family.dt), []))
+            entries.append(Entry(engine, engine.start(scene, family.dt), []))
         except Unsupported as missing:
             print(f"growth: {family.name}: {engine.name} has no {missing}")
     part = max(1, family.steps // PARTS)
@@ -112,9 +110,11 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
             except Unsupported as missing:
                 print(f"growth: {family.name}: {entry.engine.name} has no {missing}")
                 entries.remove(entry)
+    for entry in entries:
+        entry.running.close()
     return [
         {
-            "family": family.name, "size": size, "bodies": len(subject.model.bodies),
+            "family": family.name, "size": size, "bodies": len(scene.bodies),
             "engine": e.engine.name, "dt": family.dt, "step": median(e.times) if e.times else "",
             "over": e.spent >= limit or not e.times,
         }
@@ -152,7 +152,7 @@ def draw(rows: list[Row], path: Path) -> None:
                 axes.plot(
                     [r["size"] for r in mine], [1e3 * r["step"] for r in mine],
                     "o--" if engine.endswith("1e-3") else "o-", label=f"{engine}: {exponent(mine):.2f}",
-                    color=COLOURS[engine.split(",")[0]], markersize=4, linewidth=1.2,
+                    color=COLOURS[engine.split(",")[0].lower()], markersize=4, linewidth=1.2,
                 )  # fmt: skip
         axes.set(xscale="log", yscale="log")
         axes.xaxis.set_minor_formatter(NullFormatter())

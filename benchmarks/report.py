@@ -3,8 +3,8 @@
     python benchmarks/report.py FOLDER [--docs]
 
 Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
-of docs/benchmarks.md, docs/choosing.md, docs/engines.md and of the README of the repository between their
-markers.
+of docs/benchmarks.md, docs/choosing.md, docs/engine-curves.md and of the README of the repository between
+their markers, and the figures in sentences beside other engines.
 """
 
 from __future__ import annotations
@@ -16,14 +16,23 @@ from itertools import groupby
 from pathlib import Path
 
 from common import ROOT
-from report_engines import beside, budget_table, deadline_table, engine_table, growth_table
+from report_engines import (
+    budget_table,
+    curves,
+    deadline_table,
+    engine_table,
+    growth_table,
+    summary_table,
+    with_figures,
+)
 from report_targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
 DOCS = ROOT / "docs" / "benchmarks.md"
 README = ROOT / "README.md"
 CHOOSING = ROOT / "docs" / "choosing.md"
-BESIDE = ROOT / "docs" / "engines.md"
+CURVES = ROOT / "docs" / "engine-curves.md"
+WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, ROOT / "docs" / "peers.md")
 SHOWN = {
     "B1 network": "lattice of 1000 parts on joints",
     "B3 plates 1:100": "stack of 20 plates, masses 1:100",
@@ -34,7 +43,8 @@ SHOWN = {
     "10000 spheres": "10000 grains in a box",
 }
 """Scenes of the README: the name in simulation.csv, and words for a reader who does not know these names."""
-MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", BESIDE: "engines"}
+SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
+MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", CURVES: "engines"}
 PROFILE = "profile"  # a second part of CHOOSING
 
 
@@ -300,7 +310,7 @@ def page(r: Results, method: str) -> str:
         ("Models of others beside MuJoCo", robot_table(r), ("robots.csv",)),
         ("Many worlds at once", rollout_table(r), ("rollout.csv",)),
         ("Studies", studies_table(r), ("studies.csv",)),
-        ("Beside other engines", engine_table(r), ("engines.csv",)),
+        ("Beside other engines", engine_table(r), ("beside.csv",)),
         ("Growth", growth_table(r), ("growth.csv", "exponents.csv")),
         (
             "Stopped by the clock",
@@ -392,9 +402,12 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
     path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
     if not docs:
         return [path]
-    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table), (BESIDE, beside)):
+    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table), (CURVES, curves)):
         renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
     renew(CHOOSING, profile_table(results), PROFILE)
+    renew(README, summary_table(results, SHOWN_BESIDE), "beside")
+    for document in WITH_FIGURES:
+        document.write_text(with_figures(document.read_text(), results.beside))
     return [path, *MARKS]
 
 

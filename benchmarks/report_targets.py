@@ -26,13 +26,16 @@ class Results:
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
         self.orders = read_csv(folder / "orders.csv")
         self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
-        self.engines = read_csv(folder / "engines.csv")
+        self.beside, self.solvers = (
+            read_csv(folder.parent / "beside" / f"{name}.csv") for name in ("beside", "solvers")
+        )
         self.deadlines, self.budgets = read_csv(folder / "deadlines.csv"), read_csv(folder / "budgets.csv")
         self.growth, self.exponents = read_csv(folder / "growth.csv"), read_csv(folder / "exponents.csv")
         self.broad_phase, self.robots = read_csv(folder / "broad_phase.csv"), read_csv(folder / "robots.csv")
         self.robots_2ms = read_csv(folder / "robots_2ms.csv")
 
-        self.origins = {row["table"]: row for row in read_csv(folder / ORIGINS)}
+        tables = (at / ORIGINS for at in (folder, folder.parent / "beside"))
+        self.origins = {row["table"]: row for path in tables for row in read_csv(path)}
 
     def origin(self, *names: str) -> str:
         """The revision, the date and the command of each of these tables."""

@@ -36,7 +36,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=2.0)
     parser.add_argument("--dt", type=float)
     parser.add_argument("--limit", type=float, default=60.0)
-    parser.add_argument("--trees", choices=("none", "auto"), default="none")
+    parser.add_argument("--trees", choices=("none", "auto"), default="auto")
     parser.add_argument("--urdf", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore", amontons.StepWarning)
@@ -101,7 +101,7 @@ def compiled_urdf(path: Path, floor: float | None) -> Any:
     return compiled.spec.compile()
 
 
-def our_model(path: Path, trees: str = "none") -> tuple[amontons.Model | None, dict[str, Any]]:
+def our_model(path: Path, trees: str = "auto") -> tuple[amontons.Model | None, dict[str, Any]]:
     """The model as it loads, or None if it is refused; and what of the file was not read."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the model has the list

@@ -1,16 +1,20 @@
 """Every model file of a folder beside MuJoCo: does it load, run, and move alike?
 
     python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--check]
+                                [--trees none|auto|both]
 
 Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
 in a process of its own with a limit of wall clock, prints a table, and writes robots.csv, a row per model;
 of the data folder's own, without options, also robots_2ms.csv, the same with a step of 2 ms.
-docs/benchmarks.md tells what the columns mean. Speeds are comparable with --jobs 1 only.
+With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
+row per model in robots_forms.csv. docs/benchmarks.md tells what the columns mean. Speeds are comparable with
+--jobs 1 only.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -18,6 +22,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from common import SAMPLE, arguments, progress, with_folders, write_csv
@@ -25,6 +30,7 @@ from rich.console import Console
 from rich.table import Table
 
 WORKER = Path(__file__).with_name("robot_run.py")
+FORMS_WORKER = Path(__file__).with_name("robot_forms.py")
 MISSED, MEDIANS, GAIN, ERRORS, APART = 1.0, 10.0, 0.01, 3.0, 0.01
 """From where on a row counts: missed steps (%), longest step (medians), relative gain of a step, difference
 of free motion (errors of the step), joints that are apart (lengths of the model)."""
@@ -45,6 +51,16 @@ COLUMNS = (
     "driven_missed_percent", "driven_residual", "driven_joint_error", "driven_gain", "driven_gain_relative",
     "driven_stopped", "steps_per_second", "mujoco_steps_per_second", "stopped",
 )  # fmt: skip
+FORMS_COLUMNS = (
+    "model", "outcome", "load", "what", "mujoco_refuses", "steps", "wanted_steps", "rows", "trees", "mujoco",
+    "trees_to_rows", "trees_to_mujoco", "run_trees_to_rows", "rows_missed", "trees_missed", "rows_residual",
+    "trees_residual", "rows_joint_error", "trees_joint_error", "rows_joint_rows", "trees_joint_rows",
+    "rows_contacts", "trees_contacts", "rows_longest", "trees_longest", "stopped",
+)  # fmt: skip
+"""Of robots_forms.csv. Times are medians, s; run_trees_to_rows compares sums over the run. Joint errors are
+in m; rows and contacts are means over steps."""
+SLOWER = 1.1
+"""Times the time of the run with rows, from where on trees count as slower."""
 Row = dict[str, Any]
 
 
@@ -70,9 +86,11 @@ def models(folder: Path) -> list[Path]:
 
 def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
-    command = [sys.executable, WORKER, path, "--duration", options.duration, "--limit", options.limit]
+    both = options.trees == "both"
+    command = [sys.executable, FORMS_WORKER if both else WORKER, path]
+    command += ["--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
-    command += ["--trees", options.trees]
+    command += [] if both else ["--trees", options.trees]
     command += ["--urdf"] if content(path)[1] == "robot" else []
     with (
         tempfile.TemporaryFile("w+") as out,
@@ -87,7 +105,7 @@ def run(path: Path, options: Any) -> Row:
         out.seek(0)
         err.seek(0)
         lines, errors = out.read().splitlines(), err.read().splitlines()
-    row = dict.fromkeys(COLUMNS)
+    row = dict.fromkeys(FORMS_COLUMNS if both else COLUMNS)
     for line in lines:  # the last one may be cut off
         try:
             row |= json.loads(line)
@@ -180,12 +198,14 @@ SHOWN: tuple[tuple[str, Cell], ...] = (
 )  # fmt: skip
 
 
-def show(rows: list[Row]) -> None:
+def show(
+    rows: list[Row], shown: tuple[tuple[str, Cell], ...], sums: Callable[[list[Row]], Iterator[str]]
+) -> None:
     table = Table(box=None, header_style="bold", padding=(0, 1))
-    for k, (title, _) in enumerate(SHOWN):
+    for k, (title, _) in enumerate(shown):
         table.add_column(title, justify="right" if k > 1 else "left", no_wrap=k > 1)
     for row in rows:
-        table.add_row(*(cell(row) for _, cell in SHOWN))
+        table.add_row(*(cell(row) for _, cell in shown))
     # A file or a pipe has no width: let nothing be cut off there.
     console = Console() if sys.stdout.isatty() else Console(width=240)
     console.print(table)
@@ -235,6 +255,44 @@ def sums(rows: list[Row]) -> Iterator[str]:
     yield f"models without a fault: {len(rows) - faulty} of {len(rows)}"
 
 
+FORMS: tuple[tuple[str, Cell], ...] = (
+    ("model", lambda row: row["model"]),
+    ("not read", lambda row: "" if row["outcome"] == "finished" else f"[red]{row['outcome']}[/red]"),
+    ("rows us", number("rows", 3, 1e6)),
+    ("trees us", number("trees", 3, 1e6)),
+    ("MuJoCo us", number("mujoco", 3, 1e6)),
+    ("trees / rows", number("trees_to_rows", 2)),
+    ("of the run", number("run_trees_to_rows", 2, above=SLOWER)),
+    ("trees / MuJoCo", number("trees_to_mujoco", 2)),
+    ("missed", beside("rows_missed", "trees_missed", 4)),
+    ("joints mm", lambda row: " / ".join(
+        number(f"{form}_joint_error", 1, 1e3)(row) for form in ("rows", "trees"))),
+    ("joint rows", beside("rows_joint_rows", "trees_joint_rows", 3)),
+    ("contacts", beside("rows_contacts", "trees_contacts", 3)),
+)  # fmt: skip
+
+
+def geometric_mean(rows: list[Row], key: str) -> float:
+    values = [row[key] for row in rows if row[key]]
+    return math.exp(fmean(map(math.log, values))) if values else math.nan
+
+
+def forms_sums(rows: list[Row]) -> Iterator[str]:
+    """Whether trees win: means over the models in which they remove rows, and which models lose."""
+    run = [row for row in rows if row["trees_to_rows"]]
+    planted = [row for row in run if row["trees_joint_rows"] < row["rows_joint_rows"]]
+    yield f"models: {len(rows)}, run {len(run)}, with trees {len(planted)}"
+    for what, some in (("all", run), ("with trees", planted)):
+        if some:
+            keys = ("trees_to_rows", "run_trees_to_rows", "trees_to_mujoco")
+            step, whole, theirs = (geometric_mean(some, key) for key in keys)
+            yield f"{what}: {step:.2f} of a step with rows, {whole:.2f} of the run, {theirs:.2f} of MuJoCo's"
+    slower = [row["model"] for row in planted if row["run_trees_to_rows"] > SLOWER]
+    yield f"slower by more than {SLOWER:g}: {len(slower)}" + (f" ({', '.join(slower)})" if slower else "")
+    lost = [row["model"] for row in planted if row["trees_missed"] > row["rows_missed"]]
+    yield f"more steps missed than with rows: {len(lost)}" + (f" ({', '.join(lost)})" if lost else "")
+
+
 def run_all(options: Any, file: Path) -> list[Row]:
     """A row per model, written as they come."""
     paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
@@ -244,8 +302,12 @@ def run_all(options: Any, file: Path) -> list[Row]:
         for path, row in zip(paths, pool.map(lambda p: run(p, options), paths), strict=True):
             bar.update(task, item=path.name, advance=1)
             rows.append(row)
-            write_csv(file, [{key: r[key] for key in COLUMNS} for r in rows])
-    show(rows)
+            columns = FORMS_COLUMNS if options.trees == "both" else COLUMNS
+            write_csv(file, [{key: r[key] for key in columns} for r in rows])
+    if options.trees == "both":
+        show(rows, FORMS, forms_sums)
+    else:
+        show(rows, SHOWN, sums)
     print(f"written to {file}")
     return rows
 
@@ -255,14 +317,15 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?", help="of models (default: robots in the data folder)")
     parser.add_argument("--duration", type=float, help="simulated time of a run (default: 2 s)")
     parser.add_argument("--dt", type=float, help="time step (default: that of Simulation)")
-    parser.add_argument("--trees", choices=("none", "auto"), default="none", help="form of the joints")
+    parser.add_argument("--trees", choices=("none", "auto", "both"), default="auto", help="form of joints")
     parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
     parser.add_argument("--jobs", type=int, default=1, help="models at a time")
     parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
     parser.add_argument("--check", action="store_true", help="exit with 1 if a model has a fault")
     options = parser.parse_args()
     ours = options.folder is None
-    kept = ours and not (options.only or options.duration or options.dt or options.trees != "none")
+    forms = options.trees == "both"
+    kept = ours and not (options.only or options.duration or options.dt or options.trees == "none")
     if not kept:
         options.out = options.out or SAMPLE
     with_folders(options)
@@ -272,6 +335,9 @@ def main() -> int:
     if not options.folder.is_dir():
         print(f"robots: skipped, there is no folder {options.folder}; name one with models")
         return 0 if ours else 1
+    if forms:
+        run_all(options, options.out / "robots_forms.csv")
+        return 0
     rows = run_all(options, options.out / "robots.csv")
     if kept:
         options.dt = SHORT_STEP

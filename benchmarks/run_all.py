@@ -35,14 +35,13 @@ PARTS = (
     "robots",
     "rollout",
     "studies",
-    "engines",
     "growth",
     "deadlines",
     "performance_profile",
     "viewer",
 )
 PROGRAMS = {"contact_kernel": "kernel.csv", "broad_phase": "broad_phase.csv"}
-PACKAGES = ("amontons", "clarabel", "mujoco-core", "pybullet", "drake", "numpy", "scipy", "h5py")
+PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
 
 
 def compiler(build: Path) -> str:

@@ -28,7 +28,12 @@ PACKAGES = [
     ("viewer", "device"),
     ("cli", "gym"),
 ]
-ALIASES = {"amontons.shapes": "model", "amontons.__main__": "cli"}
+ALIASES = {
+    "amontons.shapes": "model",
+    "amontons.torch": "studies",
+    "amontons.jax": "studies",
+    "amontons.__main__": "cli",
+}
 DOOR = "viewer"
 FOLDERS = ("tools", "benchmarks")
 

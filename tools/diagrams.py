@@ -133,7 +133,8 @@ def step(root: Path) -> str:
 def auto(root: Path) -> str:
     source = root / "src/solvers/choice/automatic.cpp"
     headers = (root / "include/amontons/solvers/choice").glob("*.hpp")
-    found = calls(body(source, r"Solution automatic\(const Problem& problem, const Options& options\)"))
+    signature = r"Solution automatic\(const Problem& problem, const Options& options, Budget& budget\)"
+    found = calls(body(source, signature))
     order = described(found, AUTO, declared([source, *headers]), AUTO_PASSED)
     numbers = {
         "large_linear_system": constant(root / "src/solvers/choice/policy.hpp", "large_linear_system"),

@@ -1,154 +1,169 @@
-"""What an engine is to the comparison, and joints as the trees that engines with joint coordinates take."""
+"""An engine to the comparison: an adapter (`in_X.py`) with settings, which runs in a process of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+import contextlib
+import importlib
+import importlib.util
+import itertools
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from types import ModuleType
+from typing import Any
 
-import amontons
 import numpy as np
 
-Array = np.ndarray[Any, Any]
-WORLD = -1
+from .plain import Motion, Scene, Unsupported
+from .variant import Variant
+
+HERE = Path(__file__).resolve().parent
+ENVIRONMENTS = HERE.parents[1] / "build" / "engines"
+NAMES = ("amontons", "mujoco", "drake", "dart", "pybullet", "rapier", "newton", "exudyn")
+PATIENCE = 60.0
+"""s that an answer may take; then the process is ended, and with it all its scenes."""
 
 
-class Unsupported(Exception):
-    """What an engine, or our way into it, does not have."""
+class Worker:
+    """A process that answers a line with a line."""
+
+    def __init__(self, python: str, *words: str) -> None:
+        one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS"), "1")
+        self.process = subprocess.Popen(
+            [python, "-m", *words],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            cwd=HERE.parent, env={**os.environ, **one},
+        )  # fmt: skip
+        self.numbers = itertools.count()
+
+    def ask(self, patience: float = PATIENCE, **order: Any) -> dict[str, Any]:
+        """Raises Unsupported with what the engine does not have, or how its process ended."""
+        assert self.process.stdin
+        assert self.process.stdout
+        try:
+            self.process.stdin.write(json.dumps(order).encode() + b"\n")
+            self.process.stdin.flush()
+        except BrokenPipeError:
+            pass
+        if not select.select([self.process.stdout], [], [], patience)[0]:
+            self.end()
+            raise Unsupported(f"answer within {patience:g} s")
+        line = self.process.stdout.readline()
+        if not line:
+            raise Unsupported(f"way on: its process ended with {self.process.wait()}")
+        found: dict[str, Any] = json.loads(line)
+        if "unsupported" in found:
+            raise Unsupported(found["unsupported"])
+        return found
+
+    def lives(self) -> bool:
+        return self.process.poll() is None
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
 
 
-@dataclass
-class Motion:
-    """Of the bodies of our model, in its order: frames (m; unit quaternions, w first), and their velocities
-    (m/s of the origins, rad/s, world axes)."""
+class Running:
+    """A scene under way in a worker."""
 
-    positions: Array
-    orientations: Array
-    linear: Array
-    angular: Array
+    def __init__(self, worker: Worker, scene: Scene, dt: float, options: Mapping[str, Any]) -> None:
+        self.worker, self.where = worker, next(worker.numbers)
+        # A first start compiles kernels in some engines.
+        self.version = worker.ask(
+            600.0, do="start", where=self.where, scene=scene.as_dict(), dt=dt, options=dict(options)
+        )["version"]  # fmt: skip
 
-    @staticmethod
-    def start(model: amontons.Model) -> Motion:
-        bodies = model.bodies
-        return Motion(
-            *(
-                np.array(values, dtype=float)
-                for values in (
-                    [b.pose.position for b in bodies],
-                    [b.pose.rotation for b in bodies],
-                    [b.linear_velocity for b in bodies],
-                    [b.angular_velocity for b in bodies],
-                )
-            )
-        )
+    def advance(self, steps: int) -> float:
+        """The processor time (s)."""
+        return float(self.worker.ask(do="advance", where=self.where, steps=steps)["time"])
 
+    def motion(self) -> Motion:
+        found = self.worker.ask(do="motion", where=self.where)
+        return Motion(*(np.array(values, dtype=float) for values in found.values()))
 
-class Running(Protocol):
-    """A scene under way."""
+    def contacts(self) -> np.ndarray[Any, Any]:
+        """As `law_left` takes them."""
+        found = self.worker.ask(do="contacts", where=self.where)["contacts"]
+        return np.array(found, dtype=float).reshape(-1, 12)
 
-    def advance(self, steps: int) -> None: ...
+    def save(self) -> None:
+        self.worker.ask(do="save", where=self.where)
 
-    def motion(self) -> Motion: ...
+    def restore(self) -> None:
+        self.worker.ask(do="restore", where=self.where)
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        with contextlib.suppress(Unsupported):
+            self.worker.ask(do="close", where=self.where)
 
 
-@dataclass(frozen=True)
-class Subject:
-    """What an engine is given: our model, and for robots the file that each reads by itself."""
-
-    model: amontons.Model
-    path: Path | None = None
-    floor: float | None = None
-    """the height of a floor that the file does not have (m)"""
+_workers: dict[str, Worker] = {}
 
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine with settings; `start` raises Unsupported where it has no such thing."""
+    """An adapter with settings; `start` raises Unsupported where it has no such thing."""
 
-    name: str
-    tuned: bool
-    start: Callable[[Subject, float], Running] = field(compare=False)
+    key: str
+    """of NAMES"""
+    variant: Variant = field(compare=False)
+    python: str = field(compare=False, default=sys.executable)
 
+    @property
+    def name(self) -> str:
+        return self.variant.name
 
-def check_found(model: amontons.Model, found: Collection[int]) -> None:
-    """Raises Unsupported unless every body that moves was found by its name."""
-    for i, body in enumerate(model.bodies):
-        if body.motion == "dynamic" and i not in found:
-            raise Unsupported(f'body "{body.name}" of this file')
+    @property
+    def tuned(self) -> bool:
+        return self.variant.tuned
 
-
-def joint_kind(joint: amontons.Joint) -> str:
-    """ball | hinge"""
-    if joint.kind == "chain" and joint.spherical and not joint.dofs:
-        return "ball"
-    if joint.kind == "chain" and not joint.spherical and [d.kind for d in joint.dofs] == ["hinge"]:
-        (dof,) = joint.dofs
-        if dof.motor.kind == "none" and not any(dof.anchor):
-            return "hinge"
-    raise Unsupported(f'a joint like "{joint.name}"')
-
-
-@dataclass(frozen=True)
-class Link:
-    """A body that moves, and the joint that carries it; none if it is free."""
-
-    body: int
-    parent: int
-    joint: amontons.Joint | None
-
-    def anchor(self) -> tuple[float, ...]:
-        """In the body frame (m)."""
-        return self.joint.frame_a.position if self.joint else (0.0, 0.0, 0.0)
-
-    def axis(self) -> Array:
-        """Of a hinge, in the body frame."""
-        assert self.joint
-        turned = amontons.Transform(rotation=self.joint.frame_a.rotation)
-        return np.array(turned(self.joint.dofs[0].axis))
+    def start(self, scene: Scene, dt: float, threads: int = 1) -> Running:
+        """One process per setting, that another one takes over from when it has ended. `threads` is for
+        adapters with THREADS; the others have one."""
+        worker = _workers.get(self.name)
+        if worker is None or not worker.lives():
+            worker = _workers[self.name] = Worker(self.python, "beside.worker", f"in_{self.key}")
+        several = {"threads": threads} if threads > 1 and getattr(adapter(self.key), "THREADS", False) else {}
+        return Running(worker, scene, dt, {**self.variant.options, **several})
 
 
-def trees(model: amontons.Model) -> tuple[list[Link], list[amontons.Joint]]:
-    """All bodies that move, parents before children, and the joints that close loops between them."""
-    placed = {WORLD} | {i for i, b in enumerate(model.bodies) if b.motion != "dynamic"}
-    left = list(model.joints)
-    carried = {joint.body_a for joint in left}
-    links = [Link(i, WORLD, None) for i in range(len(model.bodies)) if i not in placed and i not in carried]
-    placed |= {link.body for link in links}
-    while left:
-        ready = [j for j in left if j.body_b in placed and j.body_a not in placed]
-        if not ready:
-            break
-        joint = ready[0]
-        left.remove(joint)
-        links.append(Link(joint.body_a, joint.body_b, joint))
-        placed.add(joint.body_a)
-    if missing := [j.name for j in left if not {j.body_a, j.body_b} <= placed]:
-        raise Unsupported(f"the joints {missing}, which carry no body")
-    return links, left
+def stop() -> None:
+    """Ends all processes of engines."""
+    for worker in _workers.values():
+        worker.end()
+    _workers.clear()
 
 
-def loop_points(joint: amontons.Joint) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
-    """Points of A and B that coincide, one of a ball joint, two of a hinge, in the frames of the bodies."""
-    reach = 0.1 if joint_kind(joint) == "hinge" else 0.0
-    along = [joint.dofs[0].axis] if reach else [(0.0, 0.0, 0.0)]
-    for side in (-reach, reach) if reach else (0.0,):
-        point = tuple(side * x for x in along[0])
-        yield joint.frame_a(point), joint.frame_b(point)
+def adapter(key: str) -> ModuleType:
+    return importlib.import_module(f"{__package__}.in_{key}")
 
 
-def world_pose(model: amontons.Model, body: int) -> amontons.Transform:
-    return model.bodies[body].pose if body != WORLD else amontons.Transform()
+@cache
+def python_of(key: str) -> str | None:
+    """The interpreter that has the engine: that of its environment, or else this one; None if neither has."""
+    module = adapter(key)
+    own = str(ENVIRONMENTS / key / "bin" / "python")
+    if Path(own).exists():
+        found = subprocess.run([own, "-c", f"import {module.IMPORT}"], capture_output=True)
+        if found.returncode == 0:
+            return own
+    return sys.executable if importlib.util.find_spec(module.IMPORT.split(".")[0]) else None
 
 
-def relative_spin(model: amontons.Model, link: Link) -> Array:
-    """The angular velocity of a body at the start from that of its parent (rad/s, world axes)."""
-    spin = np.array(model.bodies[link.body].angular_velocity, dtype=float)
-    return spin - np.array(model.bodies[link.parent].angular_velocity) if link.parent != WORLD else spin
-
-
-def turned_back(rotation: tuple[float, ...], vector: Array) -> Array:
-    """World to body axes."""
-    return np.array(amontons.Transform(rotation=rotation).inverse()(tuple(vector)))
+def engines(*keys: str) -> Iterator[Engine]:
+    """All settings of those that are installed, in the order of NAMES."""
+    for key in NAMES:
+        if keys and key not in keys:
+            continue
+        if python := python_of(key):
+            for variant in adapter(key).VARIANTS:
+                yield Engine(key, variant, python)
+        else:
+            print(f"beside: {key} is not installed (python -m beside.install {key})")

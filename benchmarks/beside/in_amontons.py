@@ -1,25 +1,43 @@
-"""Our own engine, on one thread."""
+"""Our own engine, on one thread, with the shapes and joints of the plain scene."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import Any
 
-import amontons
+import numpy as np
 
-from .engine import Engine, Motion, Running, Subject
+from .plain import Geom, Motion, Scene
+from .variant import Variant
+
+IMPORT, PACKAGES = "amontons", ()
+MANUAL = "https://github.com/amontons/amontons/blob/main/docs/choosing.md"
+THREADS = True
+VARIANTS = (
+    Variant("amontons, 1e-6", {"tolerance": 1e-6}, MANUAL),
+    Variant("amontons, 1e-3", {"tolerance": 1e-3}, MANUAL, tuned=True),
+)
+
+
+def version() -> str:
+    from importlib.metadata import version
+
+    return version("amontons")
 
 
 class _Ours:
-    def __init__(self, subject: Subject, dt: float, tolerance: float) -> None:
-        self.simulation = amontons.Simulation(
-            subject.model, dt=dt, tolerance=tolerance, on_failure="ignore", threads=1
-        )
+    def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
+        import warnings
+
+        import amontons
+
+        warnings.simplefilter("ignore", amontons.StepWarning)
+        model = amontons.load_model(scene.path) if scene.path else _model(scene)
+        self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore", **({"threads": 1} | options))
+        if scene.keyframe:
+            self.simulation.apply_keyframe(scene.keyframe)
 
     def advance(self, steps: int) -> None:
         self.simulation.run(steps * self.simulation.dt)
-
-    def close(self) -> None:
-        pass
 
     def motion(self) -> Motion:
         s = self.simulation.state
@@ -27,15 +45,52 @@ class _Ours:
             s.positions.copy(), s.orientations.copy(), s.linear_velocities.copy(), s.angular_velocities.copy()
         )
 
+    def contacts(self) -> list[list[float]]:
+        found = self.simulation.contacts
+        columns = ("body_a", "body_b", "point", "normal", "force", "gap")
+        return np.column_stack([found[c] for c in columns]).tolist()
 
-def _engine(tolerance: float) -> Engine:
-    def start(subject: Subject, dt: float) -> Running:
-        return _Ours(subject, dt, tolerance)
+    def save(self) -> None:
+        self.saved = self.simulation.copy()
 
-    return Engine(f"amontons, {tolerance:.0e}".replace("e-0", "e-"), tolerance != 1e-6, start)
+    def restore(self) -> None:
+        self.simulation = self.saved.copy()
 
 
-def engines() -> Iterator[Engine]:
-    """The default tolerance, and one that is enough to look at."""
-    yield _engine(1e-6)
-    yield _engine(1e-3)
+start = _Ours
+
+
+def _shape(g: Geom) -> Any:
+    from amontons import shapes
+
+    kinds = {"sphere": shapes.Sphere, "capsule": shapes.Capsule, "plane": shapes.Plane}
+    if g.kind in kinds:
+        return kinds[g.kind](*g.size)
+    return shapes.Box(g.size) if g.kind == "box" else shapes.Hull(g.points())
+
+
+def _model(scene: Scene) -> Any:
+    import amontons
+
+    b = amontons.ModelBuilder(gravity=scene.gravity, friction_rule="maximum")
+    for body in scene.bodies:
+        b.add_body(
+            position=body.frame.position, orientation=body.frame.rotation, mass=body.mass,
+            inertia=body.inertia, centre_of_mass=body.centre, motion="dynamic" if body.moves else "fixed",
+            linear_velocity=body.velocity, angular_velocity=body.spin,
+        )  # fmt: skip
+    for g in scene.geoms:
+        b.add_geom(
+            g.body if g.body >= 0 else None, _shape(g),
+            position=g.frame.position, orientation=g.frame.rotation,
+            material=amontons.Material(friction=g.friction, restitution=g.restitution),
+            category=g.category, mask=g.mask,
+        )  # fmt: skip
+    for j in scene.joints:
+        frame, other = scene.frame(j.a), j.b if j.b >= 0 else None
+        if j.kind == "ball":
+            b.add_ball_joint(j.a, other, point=frame(j.point_a))
+        else:
+            axis = frame(j.axis_a) - frame((0, 0, 0))
+            b.add_revolute_joint(j.a, other, point=frame(j.point_a), axis=axis)
+    return b.build()

@@ -2,71 +2,73 @@
 
 from __future__ import annotations
 
-import importlib.util
-from collections.abc import Iterator
 from typing import Any
 
-import amontons
 import numpy as np
-from amontons import shapes
 
-from .engine import (
-    WORLD,
-    Engine,
-    Link,
-    Motion,
-    Running,
-    Subject,
-    Unsupported,
-    check_found,
-    joint_kind,
-    relative_spin,
-    trees,
-    turned_back,
-    world_pose,
+from .plain import WORLD, Frame, Geom, Link, Motion, Scene, Unsupported, matrix, relative_spin, trees
+from .variant import Variant
+
+IMPORT, PACKAGES = "pydrake", ("drake>=1.40",)
+HYDROELASTIC = "https://drake.mit.edu/doxygen_cxx/group__hydroelastic__user__guide.html"
+CONTACT = "https://drake.mit.edu/doxygen_cxx/group__contact__engineering.html"
+CENIC = "https://drake.mit.edu/doxygen_cxx/classdrake_1_1multibody_1_1_cenic_integrator.html"
+# The modulus is Drake's default for those that ask for one.
+PATCHES = {"patches": True, "modulus": 1e7}
+VARIANTS = (
+    Variant(
+        "Drake", {}, "https://drake.mit.edu/doxygen_cxx/classdrake_1_1multibody_1_1_multibody_plant.html"
+    ),
+    Variant("Drake, lagged", PATCHES, HYDROELASTIC, tuned=True),
+    Variant("Drake, SAP", PATCHES | {"approximation": "sap"}, HYDROELASTIC, tuned=True),
+    Variant("Drake, TAMSI", PATCHES | {"approximation": "tamsi"}, CONTACT, tuned=True),
+    Variant("Drake, CENIC", PATCHES | {"modulus": 1e8, "accuracy": 1e-5}, CENIC, tuned=True),
 )
+ROLL = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
+"""Of a ball joint in its bodies: its x is their y."""
+MOST_PATCHES = 200
+"""Bodies of scenes where faces meet in patches: 750 bricks take 5 s a step."""
 
-MOST_BODIES, MOST_PATCHES = 1000, 200
-"""Of scenes that it is given, and of those where faces meet in patches: 750 bricks take 5 s a step."""
+
+def version() -> str:
+    from importlib.metadata import version
+
+    return version("drake")
 
 
 class _Drake:
-    def __init__(self, subject: Subject, dt: float, tuned: bool, approximation: str) -> None:
+    def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         from pydrake.geometry import SceneGraphConfig
         from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
-        from pydrake.systems.analysis import Simulator
+        from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
         from pydrake.systems.framework import DiagramBuilder
 
-        self.model, self.dt = subject.model, dt
-        if len(subject.model.bodies) > (MOST_PATCHES if tuned else MOST_BODIES):
-            raise Unsupported(f"solver for {len(subject.model.bodies)} bodies within minutes a step")
-        builder, config, scene = DiagramBuilder(), MultibodyPlantConfig(), SceneGraphConfig()
-        config.time_step, config.discrete_contact_approximation = dt, approximation
-        if tuned:
-            # Faces of boxes meet in patches, not in a point each.
-            scene.default_proximity_properties.compliance_type = "compliant"
-            scene.default_proximity_properties.hydroelastic_modulus = 1e8
-            scene.default_proximity_properties.slab_thickness = 0.1
+        self.scene, self.dt = scene, dt
+        if options.get("patches") and len(scene.bodies) > MOST_PATCHES:
+            raise Unsupported(f"patches for {len(scene.bodies)} bodies within minutes a step")
+        self.patches = bool(options.get("patches"))
+        builder, config, defaults = DiagramBuilder(), MultibodyPlantConfig(), SceneGraphConfig()
+        accuracy = options.get("accuracy")  # of its integrator of a continuous plant, which chooses its steps
+        config.time_step = 0.0 if accuracy else dt
+        config.discrete_contact_approximation = options.get("approximation", "lagged")
+        if scene.path and options.get("patches"):
+            defaults.default_proximity_properties.compliance_type = "compliant"
+            defaults.default_proximity_properties.hydroelastic_modulus = options["modulus"]
         self.plant, graph = AddMultibodyPlant(config, builder)
-        graph.set_config(scene)
-        self.plant.mutable_gravity_field().set_gravity_vector(subject.model.gravity)
-        bodies = (_read if subject.path else _build)(self.plant, graph, subject)
+        graph.set_config(defaults)
+        self.plant.mutable_gravity_field().set_gravity_vector(scene.gravity)
+        bodies = _read(self.plant, scene) if scene.path else _build(self.plant, graph, scene, options)
         self.plant.Finalize()
         diagram = builder.Build()
         self.simulator = Simulator(diagram)
+        if accuracy:
+            chosen = SimulatorConfig(integration_scheme="cenic", max_step_size=dt, accuracy=accuracy)
+            ApplySimulatorConfig(chosen, self.simulator)
         self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self.bodies = {i: self.plant.get_body(index) for i, index in bodies.items()}
-        if subject.path is None:
+        if not scene.path:
             _set_start(self)
-        elif subject.path.suffix == ".urdf":
-            self._place_free_bases()
         self.simulator.Initialize()
-
-    def _place_free_bases(self) -> None:
-        """A URDF tells nothing of where its base stands; ours does."""
-        for i, body in self.bodies.items():
-            if body.is_floating_base_body():
-                self.plant.SetFreeBodyPose(self.context, body, _transform(self.model.bodies[i].pose))
 
     def advance(self, steps: int) -> None:
         now = round(self.simulator.get_context().get_time() / self.dt)
@@ -75,11 +77,8 @@ class _Drake:
         except RuntimeError as error:  # the solver has not converged, or the state is not finite
             raise Unsupported(f"way on: {' '.join(str(error).split())[:120]}") from None
 
-    def close(self) -> None:
-        pass
-
     def motion(self) -> Motion:
-        found = Motion.start(self.model)
+        found = Motion.start(self.scene) if not self.scene.path else Motion.empty(len(self.scene.names))
         for i, body in self.bodies.items():
             pose = self.plant.EvalBodyPoseInWorld(self.context, body)
             velocity = self.plant.EvalBodySpatialVelocityInWorld(self.context, body)
@@ -88,83 +87,131 @@ class _Drake:
             found.linear[i], found.angular[i] = velocity.translational(), velocity.rotational()
         return found
 
+    def contacts(self) -> list[list[float]]:
+        """Of points; a patch tells the sum of its forces alone."""
+        if self.patches:
+            raise Unsupported("forces of points")
+        result = self.plant.get_contact_results_output_port().Eval(self.context)
+        numbers = {int(body.index()): i for i, body in self.bodies.items()}
+        found = []
+        for k in range(result.num_point_pair_contacts()):
+            info = result.point_pair_contact_info(k)
+            on, by = (numbers.get(int(b), WORLD) for b in (info.bodyB_index(), info.bodyA_index()))
+            pair = info.point_pair()
+            found.append(
+                [on, by, *info.contact_point(), *-pair.nhat_BA_W, *info.contact_force(), -pair.depth]
+            )
+        return found
 
-def _transform(frame: amontons.Transform) -> Any:
+    def save(self) -> None:
+        self.saved = self.simulator.get_context().Clone()
+
+    def restore(self) -> None:
+        self.simulator.get_mutable_context().SetTimeStateAndParametersFrom(self.saved)
+        self.simulator.Initialize()
+
+
+start = _Drake
+
+
+def _transform(frame: Frame) -> Any:
     from pydrake.common.eigen_geometry import Quaternion
     from pydrake.math import RigidTransform
 
     q = np.array(frame.rotation)
-    return RigidTransform(Quaternion(q / np.linalg.norm(q)), frame.position)
+    return RigidTransform(Quaternion(q / np.linalg.norm(q)), np.array(frame.position))
 
 
-def _shape(g: amontons.Geom) -> Any:
+def _shape(g: Geom) -> Any:
     from pydrake import geometry
 
-    s = g.shape
-    if isinstance(s, shapes.Box):
-        return geometry.Box(*(2 * x for x in s.half))
-    if isinstance(s, shapes.Sphere):
-        return geometry.Sphere(s.radius)
-    if isinstance(s, shapes.Capsule):
-        return geometry.Capsule(s.radius, 2 * s.half_length)
-    if isinstance(s, shapes.Plane):
-        return geometry.HalfSpace()
-    raise Unsupported(f"a {type(s).__name__}")
+    if g.kind == "box":
+        return geometry.Box(*(2 * x for x in g.size))
+    if g.kind == "sphere":
+        return geometry.Sphere(g.size[0])
+    if g.kind == "capsule":
+        return geometry.Capsule(g.size[0], 2 * g.size[1])
+    if g.kind == "hull":
+        return geometry.Convex(g.points().T, "hull")
+    return geometry.HalfSpace()
 
 
-def _build(plant: Any, graph: Any, subject: Subject) -> dict[int, Any]:
+def _properties(g: Geom, options: dict[str, Any]) -> Any:
+    """Friction; where faces meet in patches, a rigid world and compliant bodies, as the manual advises.
+
+    A ball meets in points: as a patch it is a mesh, and does not roll.
+    """
+    from pydrake import geometry
     from pydrake.multibody.plant import CoulombFriction
+
+    found = geometry.ProximityProperties()
+    friction = CoulombFriction(g.friction, g.friction)
+    geometry.AddContactMaterial(friction=friction, properties=found)
+    if not options.get("patches") or g.kind == "sphere":
+        return found
+    if g.body == WORLD:
+        geometry.AddRigidHydroelasticProperties(1.0, found)
+    else:
+        size = min(g.size) if g.kind != "hull" else float(np.ptp(g.points(), axis=0).min()) / 2
+        geometry.AddCompliantHydroelasticProperties(0.5 * size, options["modulus"], found)
+    return found
+
+
+def _build(plant: Any, graph: Any, scene: Scene, options: dict[str, Any]) -> dict[int, Any]:
     from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
-    model, bodies = subject.model, {}
-    for i, b in enumerate(model.bodies):
-        if b.motion != "dynamic":
+    bodies: dict[int, Any] = {}
+    for i, b in enumerate(scene.bodies):
+        if not b.moves:
             continue
         full = np.asarray(b.inertia) / b.mass
         about = UnitInertia(full[0, 0], full[1, 1], full[2, 2], full[0, 1], full[0, 2], full[1, 2])
-        inertia = SpatialInertia(
-            b.mass, list(b.centre_of_mass), about.ShiftFromCenterOfMass(list(b.centre_of_mass))
-        )
+        inertia = SpatialInertia(b.mass, np.array(b.centre), about.ShiftFromCenterOfMass(np.array(b.centre)))
         bodies[i] = plant.AddRigidBody(f"b{i}", inertia)
-    for k, g in enumerate(model.geoms):
+    for k, g in enumerate(scene.geoms):
         on = bodies.get(g.body, plant.world_body())
-        frame = g.frame if g.body == WORLD or g.body in bodies else model.bodies[g.body].pose @ g.frame
+        frame = g.frame if g.body in bodies else scene.placed(g)
         if g.category or g.mask:
-            friction = CoulombFriction(g.material.friction, g.material.friction)
-            plant.RegisterCollisionGeometry(on, _transform(frame), _shape(g), f"g{k}", friction)
-    links, loops = trees(model)
+            plant.RegisterCollisionGeometry(
+                on, _transform(frame), _shape(g), f"g{k}", _properties(g, options)
+            )
+    links, loops = trees(scene)
     for link in links:
         if link.joint is not None:
-            _add_joint(plant, model, link, bodies)
+            _add_joint(plant, scene, link, bodies)
     if loops:  # AddBallConstraint: Drake 1.51.1 from PyPI ends in a segmentation fault at the first step
         raise Unsupported("constraint that closes a loop and survives a step")
-    _filter(plant, graph, model, bodies)
+    _filter(plant, graph, scene, bodies)
     return {i: body.index() for i, body in bodies.items()}
 
 
-def _add_joint(plant: Any, model: amontons.Model, link: Link, bodies: dict[int, Any]) -> None:
-    """Both frames coincide at the start, where coordinates are zero, in the axes of the body."""
+def _add_joint(plant: Any, scene: Scene, link: Link, bodies: dict[int, Any]) -> None:
+    """Both frames coincide at the start, where coordinates are zero, in the axes of the body.
+
+    A ball joint has the angles roll, pitch and yaw, which end at a pitch of 90 degrees. Chains of the scenes
+    swing about y: that becomes the axis of roll.
+    """
     from pydrake.multibody.tree import BallRpyJoint, FixedOffsetFrame, RevoluteJoint
 
-    on_child = amontons.Transform(position=link.anchor())
-    on_parent = world_pose(model, link.parent).inverse() @ model.bodies[link.body].pose @ on_child
+    assert link.joint
+    on_child = Frame(link.anchor(), (1.0, 0.0, 0.0, 0.0) if link.joint.kind == "hinge" else ROLL)
+    on_parent = scene.frame(link.parent).inverse() @ scene.frame(link.body) @ on_child
     parent = bodies.get(link.parent, plant.world_body())
     name = f"j{link.body}"
     f = plant.AddFrame(FixedOffsetFrame(f"{name}p", parent.body_frame(), _transform(on_parent)))
     m = plant.AddFrame(FixedOffsetFrame(f"{name}c", bodies[link.body].body_frame(), _transform(on_child)))
-    assert link.joint
-    if joint_kind(link.joint) == "hinge":
+    if link.joint.kind == "hinge":
         plant.AddJoint(RevoluteJoint(name, f, m, link.axis()))
     else:
         plant.AddJoint(BallRpyJoint(name, f, m))
 
 
-def _filter(plant: Any, graph: Any, model: amontons.Model, bodies: dict[int, Any]) -> None:
+def _filter(plant: Any, graph: Any, scene: Scene, bodies: dict[int, Any]) -> None:
     """Keeps apart what may not touch: all pairs of kinds that share no bit."""
     from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 
     kinds: dict[tuple[int, int], list[Any]] = {}
-    for g in model.geoms:
+    for g in scene.geoms:
         if g.body in bodies and (g.category or g.mask):
             kinds.setdefault((g.category, g.mask), []).append(bodies[g.body])
     for (category, mask), some in kinds.items():
@@ -178,62 +225,37 @@ def _filter(plant: Any, graph: Any, model: amontons.Model, bodies: dict[int, Any
 def _set_start(d: _Drake) -> None:
     from pydrake.multibody.math import SpatialVelocity
 
-    for link in trees(d.model)[0]:
-        b = d.model.bodies[link.body]
+    for link in trees(d.scene)[0]:
+        b = d.scene.bodies[link.body]
         if link.joint is None:
-            d.plant.SetFreeBodyPose(d.context, d.bodies[link.body], _transform(b.pose))
-            velocity = SpatialVelocity(list(b.angular_velocity), list(b.linear_velocity))
+            d.plant.SetFreeBodyPose(d.context, d.bodies[link.body], _transform(b.frame))
+            velocity = SpatialVelocity(np.array(b.spin), np.array(b.velocity))
             d.plant.SetFreeBodySpatialVelocity(d.context, d.bodies[link.body], velocity)
             continue
-        spin = turned_back(b.pose.rotation, relative_spin(d.model, link))
+        spin = relative_spin(d.scene, link)
         joint = d.plant.GetJointByName(f"j{link.body}")
-        if joint_kind(link.joint) == "hinge":
+        if link.joint.kind == "hinge":
             joint.set_angular_rate(d.context, float(link.axis() @ spin))
         else:
-            joint.set_angular_velocity(d.context, spin)
+            joint.set_angular_velocity(d.context, matrix(ROLL).T @ spin)
 
 
-def _read(plant: Any, graph: Any, subject: Subject) -> dict[int, Any]:
-    from pydrake.geometry import HalfSpace
-    from pydrake.math import RigidTransform
+def _read(plant: Any, scene: Scene) -> dict[int, Any]:
     from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import CoulombFriction
     from pydrake.multibody.tree import BodyIndex
 
-    parser = Parser(plant)
+    if scene.keyframe:
+        raise Unsupported("keyframe of a file")
     try:
-        parser.AddModels(str(subject.path))
+        Parser(plant).AddModels(scene.path)
     except RuntimeError as error:
         raise Unsupported(f"reader for this file: {' '.join(str(error).split())[:160]}") from None
-    if subject.floor is not None:
-        at = RigidTransform([0, 0, subject.floor])
-        plant.RegisterCollisionGeometry(
-            plant.world_body(), at, HalfSpace(), "floor", CoulombFriction(1.0, 1.0)
-        )
-    fixed = not any(c.kind == "free" for c in subject.model.coordinates.values())
-    if subject.path and subject.path.suffix == ".urdf" and fixed:
-        first = plant.GetFrameByName(subject.model.body_names[0])
-        plant.WeldFrames(plant.world_frame(), first)
-    names = {name: i for i, name in enumerate(subject.model.body_names)}
+    names = {name: i for i, name in enumerate(scene.names)}
     found = {}
     for k in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(k))
         if body.name() in names:
             found[names[body.name()]] = body.index()
-    check_found(subject.model, found)
+    if missing := set(range(len(names))) - set(found):
+        raise Unsupported(f'body "{scene.names[min(missing)]}" of this file')
     return found
-
-
-def engine(name: str, *, tuned: bool = False, approximation: str = "lagged") -> Engine:
-    """approximation: lagged (Drake's default), sap, similar or tamsi."""
-
-    def start(subject: Subject, dt: float) -> Running:
-        return _Drake(subject, dt, tuned, approximation)
-
-    return Engine(name, tuned, start)
-
-
-def engines() -> Iterator[Engine]:
-    if importlib.util.find_spec("pydrake"):
-        yield engine("Drake")
-        yield engine("Drake, tuned", tuned=True)

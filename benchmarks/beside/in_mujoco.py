@@ -2,166 +2,163 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
-import amontons
 import numpy as np
-from amontons import shapes
 
-from .engine import (
+from .plain import (
     WORLD,
-    Engine,
+    Frame,
+    Geom,
     Link,
     Motion,
-    Running,
-    Subject,
+    Scene,
     Unsupported,
-    joint_kind,
     loop_points,
+    matrix,
     relative_spin,
     trees,
-    turned_back,
-    world_pose,
 )
+from .variant import Variant
+
+IMPORT, PACKAGES = "mujoco", ("mujoco>=3.3",)
+# {dt} is two steps, the shortest time constant of constraints that MuJoCo takes.
+STIFF = 'solref="{dt} 1" solimp="0.99 0.999 1e-4"'
+TUNED = {
+    "option": 'cone="elliptic" impratio="10" iterations="200" tolerance="1e-10"', "geom": STIFF,
+    "equality": STIFF,
+}  # fmt: skip
+NO_SLIP = TUNED | {"option": TUNED["option"] + ' noslip_iterations="50" noslip_tolerance="1e-10"'}
+SLIP = "https://mujoco.readthedocs.io/en/stable/overview.html#slip"
+STEPS = "https://mujoco.readthedocs.io/en/stable/computation/index.html#numerical-integration"
+VARIANTS = (
+    Variant("MuJoCo", {}, "https://mujoco.readthedocs.io/en/stable/XMLreference.html#option"),
+    Variant("MuJoCo, elliptic", TUNED, SLIP, tuned=True),
+    Variant("MuJoCo, noslip", NO_SLIP, SLIP, tuned=True),
+    Variant("MuJoCo, RK4", TUNED | {"option": TUNED["option"] + ' integrator="RK4"'}, STEPS, tuned=True),
+)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Attributes of MJCF; {dt} is the shortest time constant of constraints that MuJoCo takes, two steps."""
+def version() -> str:
+    import mujoco
 
-    option: str = ""
-    geom: str = ""
-    equality: str = ""
-
-
-TUNED = Settings(
-    option='cone="elliptic" impratio="10" iterations="200" tolerance="1e-10"',
-    geom='solref="{dt} 1" solimp="0.99 0.999 1e-4"',
-    equality='solref="{dt} 1" solimp="0.99 0.999 1e-4"',
-)
+    return mujoco.__version__
 
 
 def _text(values: Any) -> str:
     return " ".join(f"{v:.17g}" for v in np.ravel(values))
 
 
-def _pose(frame: amontons.Transform) -> str:
+def _pose(frame: Frame) -> str:
     return f'pos="{_text(frame.position)}" quat="{_text(frame.rotation)}"'
 
 
-def _geom(g: amontons.Geom) -> str:
-    shape, kind, size = g.shape, "", "0 0 1"
-    if isinstance(shape, shapes.Box):
-        kind, size = "box", _text(shape.half)
-    elif isinstance(shape, shapes.Sphere):
-        kind, size = "sphere", _text([shape.radius])
-    elif isinstance(shape, shapes.Capsule):
-        kind, size = "capsule", _text([shape.radius, shape.half_length])
-    elif isinstance(shape, shapes.Plane):
-        kind = "plane"
-    else:
-        raise Unsupported(f"a {type(shape).__name__}")
-    friction = f'friction="{_text([g.material.friction])} 0 0" contype="{g.category}" conaffinity="{g.mask}"'
-    return f'<geom type="{kind}" size="{size}" {_pose(g.frame)} {friction}/>'
+def _geom(number: int, g: Geom) -> str:
+    what = f'type="mesh" mesh="m{number}"' if g.kind == "hull" else f'type="{g.kind}" size="{_text(g.size)}"'
+    if g.kind == "plane":
+        what = 'type="plane" size="0 0 1"'
+    friction = f'friction="{_text([g.friction])} 0 0" contype="{g.category}" conaffinity="{g.mask}"'
+    return f"<geom {what} {_pose(g.frame)} {friction}/>"
 
 
-def mjcf(model: amontons.Model, dt: float, settings: Settings) -> str:
+def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
     """Bodies, geoms and joints; a fixed body is part of the world."""
-    links, loops = trees(model)
+    links, loops = trees(scene)
     children: dict[int, list[Link]] = {}
     for link in links:
         children.setdefault(link.parent, []).append(link)
     geoms: dict[int, list[str]] = {}
-    for g in model.geoms:
-        geoms.setdefault(g.body, []).append(_geom(g))
+    for k, g in enumerate(scene.geoms):
+        geoms.setdefault(g.body, []).append(_geom(k, g))
+    meshes = [
+        f'<mesh name="m{k}" vertex="{_text(g.size)}"/>' for k, g in enumerate(scene.geoms) if g.kind == "hull"
+    ]
 
     def joint(link: Link) -> str:
         if link.joint is None:
             return "<freejoint/>"
-        kind, at = joint_kind(link.joint), f'pos="{_text(link.anchor())}"'
-        return f'<joint type="hinge" axis="{_text(link.axis())}" {at}/>' if kind == "hinge" else (
+        at = f'pos="{_text(link.anchor())}"'
+        hinge = link.joint.kind == "hinge"
+        return f'<joint type="hinge" axis="{_text(link.axis())}" {at}/>' if hinge else (
             f'<joint type="ball" {at}/>'
         )  # fmt: skip
 
     # From the leaves on: a chain of a thousand links is deeper than Python's stack.
     inside: dict[int, str] = {}
     for link in reversed(links):
-        body = model.bodies[link.body]
+        body = scene.bodies[link.body]
         i3 = np.asarray(body.inertia)
         full = _text([i3[0, 0], i3[1, 1], i3[2, 2], i3[0, 1], i3[0, 2], i3[1, 2]])
-        frame = world_pose(model, link.parent).inverse() @ body.pose
+        frame = scene.frame(link.parent).inverse() @ body.frame
         inside[link.body] = (
             f'<body name="b{link.body}" {_pose(frame)}>{"".join(geoms.get(link.body, []))}{joint(link)}'
-            f'<inertial pos="{_text(body.centre_of_mass)}" mass="{body.mass:.17g}" fullinertia="{full}"/>'
+            f'<inertial pos="{_text(body.centre)}" mass="{body.mass:.17g}" fullinertia="{full}"/>'
             f"{''.join(inside.pop(c.body) for c in children.get(link.body, []))}</body>"
         )
     parts = [*geoms.get(WORLD, []), *inside.values()]
-    for i, body in enumerate(model.bodies):
-        if body.motion != "dynamic":
-            parts.append(f'<body name="b{i}" {_pose(body.pose)}>{"".join(geoms.get(i, []))}</body>')
+    for i, body in enumerate(scene.bodies):
+        if not body.moves:
+            parts.append(f'<body name="b{i}" {_pose(body.frame)}>{"".join(geoms.get(i, []))}</body>')
     closing = []
     for j in loops:
-        second = f'body2="b{j.body_b}"' if j.body_b != WORLD else ""
+        second = f'body2="b{j.b}"' if j.b != WORLD else ""
         closing += [
-            f'<connect body1="b{j.body_a}" {second} anchor="{_text(point)}"/>' for point, _ in loop_points(j)
+            f'<connect body1="b{j.a}" {second} anchor="{_text(point)}"/>'
+            for point, _ in loop_points(scene, j)
         ]
-    option = f'<option timestep="{dt:.17g}" gravity="{_text(model.gravity)}" {settings.option}/>'
-    geom, equality = (text.format(dt=2 * dt) for text in (settings.geom, settings.equality))
+    option = f'<option timestep="{dt:.17g}" gravity="{_text(scene.gravity)}" {options.get("option", "")}/>'
+    geom, equality = (options.get(key, "").format(dt=2 * dt) for key in ("geom", "equality"))
     return (
         f'<mujoco>{option}<size memory="1G"/><default><geom {geom}/><equality {equality}/></default>'
-        f"<worldbody>{''.join(parts)}</worldbody><equality>{''.join(closing)}</equality></mujoco>"
+        f"<asset>{''.join(meshes)}</asset><worldbody>{''.join(parts)}</worldbody>"
+        f"<equality>{''.join(closing)}</equality></mujoco>"
     )
 
 
-def _set_velocities(engine: Any, model: amontons.Model, m: Any, d: Any) -> None:
-    for link in trees(model)[0]:
-        body = model.bodies[link.body]
+def _set_velocities(scene: Scene, m: Any, d: Any) -> None:
+    for link in trees(scene)[0]:
+        body = scene.bodies[link.body]
         first = m.jnt_dofadr[m.body(f"b{link.body}").jntadr[0]]
         if link.joint is None:
-            d.qvel[first : first + 3] = body.linear_velocity
-            spin = np.array(body.angular_velocity, dtype=float)
-            d.qvel[first + 3 : first + 6] = turned_back(body.pose.rotation, spin)
+            d.qvel[first : first + 3] = body.velocity
+            d.qvel[first + 3 : first + 6] = matrix(body.frame.rotation).T @ np.array(body.spin)
             continue
-        spin = turned_back(body.pose.rotation, relative_spin(model, link))
-        if joint_kind(link.joint) == "ball":
+        spin = relative_spin(scene, link)
+        if link.joint.kind == "ball":
             d.qvel[first : first + 3] = spin
         else:
             d.qvel[first] = link.axis() @ spin
 
 
 class _MuJoCo:
-    def __init__(self, subject: Subject, dt: float, settings: Settings) -> None:
+    def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import mujoco
 
         self.engine = mujoco
-        if subject.path is None:
+        if scene.path:
+            self.m, names = _from_file(mujoco, scene, dt, options), list(scene.names)
+        else:
             try:
-                self.m = mujoco.MjModel.from_xml_string(mjcf(subject.model, dt, settings))
+                self.m = mujoco.MjModel.from_xml_string(mjcf(scene, dt, options))
             except ValueError as error:  # its reader has a limit of nesting, some 150 links
                 raise Unsupported(f"model of this scene: {' '.join(str(error).split())[:80]}") from None
-            names = [f"b{i}" for i in range(len(subject.model.bodies))]
-        else:
-            self.m, names = _from_file(mujoco, subject, dt, settings), list(subject.model.body_names)
+            names = [f"b{i}" for i in range(len(scene.bodies))]
         self.d = mujoco.MjData(self.m)
         kinds = mujoco.mjtWarning
         self.full = [int(kinds.mjWARN_CONTACTFULL), int(kinds.mjWARN_CNSTRFULL)]
         self.bad = [int(k) for k in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)]
         self.numbers = [mujoco.mj_name2id(self.m, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
-        if subject.path is None:
-            _set_velocities(mujoco, subject.model, self.m, self.d)
+        if not scene.path:
+            _set_velocities(scene, self.m, self.d)
+        elif scene.keyframe:
+            mujoco.mj_resetDataKeyframe(self.m, self.d, self.m.key(scene.keyframe).id)
         mujoco.mj_forward(self.m, self.d)
 
     def advance(self, steps: int) -> None:
         self.engine.mj_step(self.m, self.d, nstep=steps)
         if any(self.d.warning[k].number for k in self.full):
             raise Unsupported("memory for all the contacts of this scene")
-
-    def close(self) -> None:
-        pass
 
     def motion(self) -> Motion:
         # After a step the poses are those before it.
@@ -181,32 +178,44 @@ class _MuJoCo:
             velocities[:, 3:], velocities[:, :3],
         )  # fmt: skip
 
+    def contacts(self) -> list[list[float]]:
+        """Of the last step, at the poses before it."""
+        if self.m.opt.integrator == self.engine.mjtIntegrator.mjINT_RK4:
+            raise Unsupported("force of a step: it has those of four stages")
+        bodies = {k: i for i, k in enumerate(self.numbers)}
+        found, force = [], np.zeros(6)
+        for i in range(self.d.ncon):
+            c = self.d.contact[i]
+            self.engine.mj_contactForce(self.m, self.d, i, force)
+            frame = c.frame.reshape(3, 3)
+            on, by = (bodies.get(self.m.geom_bodyid[g], WORLD) for g in (c.geom2, c.geom1))
+            found.append([on, by, *c.pos, *frame[0], *(frame.T @ force[:3]), c.dist])
+        return found
 
-def _from_file(engine: Any, subject: Subject, dt: float, settings: Settings) -> Any:
+    def save(self) -> None:
+        what = self.engine.mjtState.mjSTATE_INTEGRATION
+        self.saved = np.zeros(self.engine.mj_stateSize(self.m, what))
+        self.engine.mj_getState(self.m, self.d, self.saved, what)
+
+    def restore(self) -> None:
+        self.engine.mj_setState(self.m, self.d, self.saved, self.engine.mjtState.mjSTATE_INTEGRATION)
+
+
+start = _MuJoCo
+
+
+def _from_file(engine: Any, scene: Scene, dt: float, options: dict[str, Any]) -> Any:
     """The file as MuJoCo reads it, at our step; tuned, contacts and equalities as stiff as above."""
-    from robot_run import their_model
-
-    m, refusal = their_model(subject.path, subject.path.suffix == ".urdf", subject.floor)
-    if m is None:
-        raise Unsupported(refusal)
+    m = engine.MjModel.from_xml_path(scene.path)
     m.opt.timestep = dt
-    if settings is TUNED:
+    if options:
         m.opt.cone, m.opt.impratio = engine.mjtCone.mjCONE_ELLIPTIC, 10
         m.opt.iterations, m.opt.tolerance = 200, 1e-10
+        if "noslip" in options["option"]:
+            m.opt.noslip_iterations, m.opt.noslip_tolerance = 50, 1e-10
+        if "RK4" in options["option"]:
+            m.opt.integrator = engine.mjtIntegrator.mjINT_RK4
         for reference, impedance in ((m.geom_solref, m.geom_solimp), (m.eq_solref, m.eq_solimp)):
             reference[:] = 2 * dt, 1
             impedance[:, :3] = 0.99, 0.999, 1e-4
     return m
-
-
-def engine(name: str, settings: Settings) -> Engine:
-    def start(subject: Subject, dt: float) -> Running:
-        return _MuJoCo(subject, dt, settings)
-
-    return Engine(name, settings is TUNED, start)
-
-
-def engines() -> Iterator[Engine]:
-    if importlib.util.find_spec("mujoco"):
-        yield engine("MuJoCo", Settings())
-        yield engine("MuJoCo, tuned", TUNED)

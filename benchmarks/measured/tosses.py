@@ -1,15 +1,9 @@
-"""Tosses of a real cube onto a table, simulated open loop from their first row, by us and by other engines.
-
-Data: dair_pll (ContactNets), archives of torch with one tensor (n, 13) of float64 each.
-"""
+"""Tosses of a real cube onto a table, simulated open loop from their first row, by us and by others."""
 
 from __future__ import annotations
 
 import itertools
 import os
-import pickle
-import zipfile
-from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -19,15 +13,15 @@ from typing import Any
 import amontons
 import numpy as np
 from amontons.shapes import Box, Sphere
-from beside import in_amontons, in_drake, in_mujoco, in_pybullet
-from beside.engine import Array, Engine, Subject, Unsupported
-from scipy.spatial.transform import Rotation
+from beside.engine import Engine, python_of
+from beside.measure import Array
+from beside.plain import Unsupported
+from beside.scenes import plain
+from beside.variant import Variant
+
+from .toss_data import EDGE, GIVEN, INERTIA, MASS, RATE, Toss, read_tosses, world_spin
 
 OURS = "amontons"
-EDGE, MASS, INERTIA = 0.1048, 0.37, 8.1e-4  # m, kg, kg m^2
-RATE = 148.0  # samples per second (Hz)
-GIVEN = (0.18, 0.125)
-"""Friction and restitution that the data come with."""
 SHORT = 0.978
 """Tracked lengths over true ones: height at rest and free fall agree on it."""
 RADIUS = 1e-3
@@ -43,67 +37,18 @@ FRICTIONS = tuple(np.round(np.arange(0.1, 0.261, 0.02), 3).tolist())
 RESTITUTIONS = (0.0, 0.125, 0.25, 0.375)
 
 
-@dataclass(frozen=True)
-class Toss:
-    """One toss: rows of quaternion (w, x, y, z), position (m), angular velocity (rad/s, body axes), velocity
-    (m/s)."""
-
-    name: str
-    rows: Array
-
-    def scaled(self, by: float) -> Toss:
-        rows = self.rows.copy()
-        rows[:, 4:7] *= by
-        rows[:, 10:13] *= by
-        return replace(self, rows=rows)
-
-
-class _TensorReader(pickle.Unpickler):
-    """Reads the description of one tensor and nothing else: (storage, offset, shape, strides)."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
-            return lambda storage, offset, shape, strides, *_: (storage, offset, shape, strides)
-        if (module, name) == ("torch", "DoubleStorage"):
-            return np.float64
-        if (module, name) == ("collections", "OrderedDict"):
-            return OrderedDict
-        raise amontons.FileError(f"{module}.{name} is no part of a tensor of float64")
-
-    def persistent_load(self, pid: Any) -> Any:
-        return pid[2]  # ("storage", type, key, device, size)
-
-
-def read_tensor(path: Path) -> Array:
-    """The array of a torch archive that holds one tensor of float64."""
-    with zipfile.ZipFile(path) as archive:
-        (description,) = [name for name in archive.namelist() if name.endswith("/data.pkl")]
-        with archive.open(description) as file:
-            key, offset, shape, strides = _TensorReader(file).load()
-        data = np.frombuffer(archive.read(f"{description[:-4]}/{key}"), np.float64)
-    steps = [8 * s for s in strides]
-    return np.lib.stride_tricks.as_strided(data[offset:], shape, steps, writeable=False).copy()
-
-
-def read_tosses(folder: Path) -> list[Toss]:
-    """All tosses of a folder, by number."""
-    paths = sorted(folder.glob("*.pt"), key=lambda p: (len(p.stem), p.stem))
-    return [Toss(path.stem, read_tensor(path)) for path in paths]
-
-
 def cube(row: Array, friction: float, restitution: float, corners: bool = False) -> amontons.Model:
     """The cube at a row of a toss, above a table whose top is z = 0.
 
     corners: eight small spheres within the corners instead of a box, which gets one point from Drake.
     """
     w, x, y, z = row[:4] / np.linalg.norm(row[:4])
-    spin = Rotation.from_quat([x, y, z, w]).apply(row[7:10])
     surface = amontons.Material(friction=friction, restitution=restitution)
     builder = amontons.ModelBuilder(gravity=(0, 0, -9.81))
     builder.add_geom(None, Box((2, 2, 1)), position=(0, 0, -1), material=surface)
     body = builder.add_body(
         "cube", mass=MASS, inertia=(INERTIA,) * 3, position=row[4:7], orientation=(w, x, y, z),
-        linear_velocity=row[10:13], angular_velocity=spin,
+        linear_velocity=row[10:13], angular_velocity=world_spin(row),
     )  # fmt: skip
     if corners:
         for corner in itertools.product(*[(RADIUS - EDGE / 2, EDGE / 2 - RADIUS)] * 3):
@@ -130,7 +75,7 @@ class Entrant:
         """Means over a toss: of the position (% of the edge) and of the orientation (deg)."""
         corners = self.engine.name.startswith("Drake")
         model = cube(toss.rows[0], self.friction, self.restitution, corners)
-        running = self.engine.start(Subject(model), 1 / RATE / self.steps)
+        running = self.engine.start(plain(model), 1 / RATE / self.steps)
         positions, quaternions = [], []
         for _ in toss.rows[1:]:
             running.advance(self.steps)
@@ -154,20 +99,21 @@ def compare(rows: Array, positions: Array, quaternions: Array) -> tuple[float, f
     return 100 * float(distance.mean()) / EDGE, float(angle.mean())
 
 
-def engines() -> Iterator[Engine]:
-    """Ours and those that are installed, with their default settings; MuJoCo also with its round cone.
+ENGINES = (
+    ("amontons", Variant(OURS, {"tolerance": 1e-6})),
+    ("mujoco", Variant("MuJoCo, pyramid")),
+    ("mujoco", Variant("MuJoCo, round cone", {"option": 'cone="elliptic"'})),
+    ("pybullet", Variant("PyBullet")),
+    # With its default, "lagged", a cube of stiff points stops where it lands at these steps.
+    ("drake", Variant("Drake, sap", {"approximation": "sap"})),
+)
 
-    Drake runs with "sap". With its default, "lagged", a cube of stiff points stops where it lands at these
-    steps.
-    """
-    yield from (replace(found, name=OURS) for found in itertools.islice(in_amontons.engines(), 1))
-    for found in in_mujoco.engines():
-        if not found.tuned:
-            yield replace(found, name="MuJoCo, pyramid")
-            yield in_mujoco.engine("MuJoCo, round cone", in_mujoco.Settings(option='cone="elliptic"'))
-    yield from itertools.islice(in_pybullet.engines(), 1)
-    for _ in itertools.islice(in_drake.engines(), 1):
-        yield in_drake.engine("Drake, sap", approximation="sap")
+
+def engines() -> Iterator[Engine]:
+    """Ours and those that are installed, with their default settings; MuJoCo also with its round cone."""
+    for key, variant in ENGINES:
+        if python := python_of(key):
+            yield Engine(key, variant, python)
 
 
 def fitted(entrant: Entrant, tosses: Sequence[Toss]) -> Entrant:

@@ -102,6 +102,7 @@ from .simulation.queries import RayHit as RayHit
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
+from .simulation.tape import Gradient as Gradient
 from .simulation.world_batch import WorldBatch as WorldBatch
 from .studies.identify import Fit as Fit
 from .studies.identify import Motion as Motion

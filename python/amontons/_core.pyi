@@ -1962,17 +1962,17 @@ class HeldStep:
 
     def __init__(self, simulation: Simulation) -> None: ...
 
-    def options(self, given: SimulationOptions) -> SimulationOptions:
+    def options(self, given: SimulationOptions, reach: float) -> SimulationOptions:
         """Options of simulations that make the step on these faces."""
+
+    def close(self) -> None:
+        """Ends the search for faces, which a step has found."""
 
     @property
     def margin(self) -> float: ...
 
     @property
     def determines_velocities(self) -> bool: ...
-
-    @property
-    def rows(self) -> int: ...
 
     @property
     def others(self) -> int: ...

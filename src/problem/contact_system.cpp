@@ -147,9 +147,12 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
 }
 
 // w = M^-1 w for free bodies; constrained bodies move as their joints allow.
-void apply_masses(const ContactSystem& A, std::span<double> w) {
+void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates) {
   static thread_local std::vector<double> held;
-  if (A.constrained) {
+  if (A.constrained && rates) {
+    held.resize(6 * A.constrained->body.size());
+    A.constrained->linkage->spread(rates, held.data());
+  } else if (A.constrained) {
     held.clear();
     for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
     A.constrained->apply(held.data());

@@ -62,7 +62,7 @@ void Linkage::factor() {
 }
 
 // J'w. Upwards, the wrenches of all bodies beyond a coordinate are summed; their power on its column is the
-// impulse along it.
+// impulse along it. Within a run the sum stays in registers.
 void Linkage::gather(double* w, double* along) const {
   static thread_local std::vector<Six> sum;
   sum.assign(coordinates(), Six{});
@@ -72,10 +72,14 @@ void Linkage::gather(double* w, double* along) const {
     const Six moved = at_reference({at[0], at[1], at[2], at[3], at[4], at[5]}, arm[i]);
     for (int c = 0; c < 6; ++c) sum[last[i]][c] += moved[c];
   }
+  Six beyond{};
   for (std::size_t k = coordinates(); k-- > 0;) {
-    along[k] = power(column[k], sum[k].data());
-    if (parent[k] < 0) continue;
-    for (int c = 0; c < 6; ++c) sum[parent[k]][c] += sum[k][c];
+    for (int c = 0; c < 6; ++c) beyond[c] += sum[k][c];
+    along[k] = power(column[k], beyond.data());
+    if (run[k] > 1) continue;
+    if (parent[k] >= 0)
+      for (int c = 0; c < 6; ++c) sum[parent[k]][c] += beyond[c];
+    beyond = {};
   }
 }
 
@@ -84,9 +88,11 @@ void Linkage::gather(double* w, double* along) const {
 void Linkage::spread(const double* rates, double* v) const {
   static thread_local std::vector<Six> twist;
   twist.resize(coordinates());
+  Six t{};
   for (std::size_t k = 0; k < coordinates(); ++k) {
-    twist[k] = parent[k] < 0 ? Six{} : twist[parent[k]];
-    for (int c = 0; c < 6; ++c) twist[k][c] += rates[k] * column[k][c];
+    if (run[k] == 1) t = parent[k] < 0 ? Six{} : twist[parent[k]];
+    for (int c = 0; c < 6; ++c) t[c] += rates[k] * column[k][c];
+    twist[k] = t;
   }
   for (std::size_t i = 0; i < body.size(); ++i) {
     double* to = &v[6 * i];
@@ -94,23 +100,34 @@ void Linkage::spread(const double* rates, double* v) const {
       std::fill_n(to, 6, 0.0);
       continue;
     }
-    const Six& t = twist[last[i]];
+    t = twist[last[i]];
     const Vec3 turn = cross({t[3], t[4], t[5]}, arm[i]);
     for (int c = 0; c < 6; ++c) to[c] = t[c] + (c < 3 ? turn[c] : 0);
   }
 }
 
-// L^-T upwards, D^-1, L^-1 downwards. The ancestors of k are found by following parent, in the order of row
-// k.
+// L^-T upwards, D^-1, L^-1 downwards. The ancestors of k come in the order of row k.
+//
+// Downwards the next coordinate waits for this one. So the nearest ancestor comes last in its run, and other
+// runs have a sum of their own.
 void Linkage::solve(double* along) const {
   for (std::size_t k = coordinates(); k-- > 0;) {
     const double* L = &rows[first[k]] + 1;
-    for (Index above = parent[k]; above >= 0; above = parent[above]) along[above] -= *L++ * along[k];
+    const double x = along[k];
+    for (Index above = parent[k]; above >= 0; above = parent[above]) along[above] -= *L++ * x;
   }
   for (std::size_t k = 0; k < coordinates(); ++k) {
+    double near = 0, far = 0;
     const double* L = &rows[first[k]] + 1;
-    along[k] *= inverse_root[k] * inverse_root[k];
-    for (Index above = parent[k]; above >= 0; above = parent[above]) along[k] -= *L++ * along[above];
+    for (Index above = parent[k]; above >= 0;) {
+      const Index size = run[above];
+      double of_run = 0;
+      for (Index i = size; i-- > 0;) of_run += L[i] * along[above - i];
+      (above == parent[k] ? near : far) += of_run;
+      L += size;
+      above = parent[above - size + 1];
+    }
+    along[k] = (along[k] * (inverse_root[k] * inverse_root[k]) - far) - near;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 #include "method_case.hpp"
@@ -94,4 +95,12 @@ TEST(objective_of_krylov_history_is_that_of_the_iterate) {
       EXPECT(std::abs(s.objective - r.objective) <= 1e-9 * std::abs(s.objective));
     }
   }
+}
+
+// A manipulator whose joints contradict each other drives cg beyond the largest number. Breaks when that is
+// told as a fault of A, which ends the simulation, and when negative curvature no longer is.
+TEST(overflow_is_no_negative_curvature) {
+  require_curvature(NAN, INFINITY);
+  require_curvature(-1e-6, 1);
+  CHECK_THROWS(require_curvature(-1e-4, 1), "not positive semidefinite");
 }

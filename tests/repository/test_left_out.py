@@ -59,6 +59,7 @@ def test_ci_fails_on_what_the_machine_could_run(tmp_path, root):
         ("could not import 'griffe': No module named 'griffe'", "the site"),
         ("pip install amontons[docs]", "notebooks"),
         ("the program that valgrind runs is not built", "counts of instructions"),
+        ("needs JAX: pip install jax", "PyTorch and JAX"),
         ("no real problem files in /x; set AMONTONS_DATA to their folder", "files of other projects"),
         ("could not import 'mujoco': No module named 'mujoco'", "packages of tests"),
         ("the processor has no avx512", None),

@@ -56,6 +56,12 @@ GROUPS = (
     ),
     Group("OpenCL on the processor", r"pyopencl|OpenCL driver", "make pocl", has_pocl),
     Group("the site", r"site is not built|griffe|latex2mathml|cxxheaderparser", "make docs"),
+    Group(
+        "the engine of pages",
+        r"playground",
+        "apt-get install emscripten npm (as root), make playground",
+        lambda: False,
+    ),
     Group("notebooks", r"amontons\[docs\]", "make docs"),
     Group("the compiled module of a build folder", r"build/python is not there", "make install"),
     Group("ffmpeg", r"ffmpeg", "apt-get install ffmpeg (as root)", lambda: bool(shutil.which("ffmpeg"))),
@@ -66,6 +72,7 @@ GROUPS = (
         lambda: False,
     ),
     Group("Stable-Baselines3", r"Stable-Baselines3", f"{INSTALL} stable-baselines3", lambda: False),
+    Group("PyTorch and JAX", r"PyTorch|JAX", f"{INSTALL} torch jax", lambda: False),
     Group(
         "files of other projects",
         r"AMONTONS_DATA|^no (model|models in) /",

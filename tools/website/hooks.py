@@ -3,6 +3,7 @@
 - Documents and sources outside docs/ that a page links to become pages (`outside`).
 - The reference of C++ is made from the public headers (`cpp_reference`).
 - Replays of the scenes (`tools/gallery.py --replays`) are taken in where they have been made.
+- The playground (`make playground`) is taken in, and shown on its page, where it has been made.
 - Tutorials can be taken along as notebooks (`notebooks`).
 - Equations become MathML (`equations`).
 - A page that would load something from the network is a warning, and so an error of `make docs`.
@@ -21,6 +22,11 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[2]
+PLAYGROUND = ROOT / "out" / "playground" / "index.html"
+PLAYED = """[Open it alone](playground/index.html){ .md-button }
+
+<iframe src="playground/index.html" title="The playground" loading="lazy" class="playground"></iframe>
+"""
 log = logging.getLogger("mkdocs.plugins.amontons")
 # What a browser fetches by itself when it opens a page: all but links that one follows.
 FETCHED = re.compile(
@@ -42,6 +48,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         add(files, config, uri, text)
     for replay in sorted((ROOT / "out" / "replays").glob("*.html")):
         add(files, config, f"replays/{replay.name}", replay.read_text())
+    if PLAYGROUND.exists():
+        add(files, config, "playground/index.html", PLAYGROUND.read_text())
     for page in notebooks.pages(ROOT):
         uri = page.with_suffix(".ipynb").relative_to(ROOT / "docs").as_posix()
         add(files, config, uri, notebooks.as_text(page))
@@ -54,6 +62,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
             if replay.src_uri.startswith("replays/"):
                 scene = f"**{Path(replay.src_uri).stem}**"
                 markdown = markdown.replace(scene, f"{scene} · [replay]({replay.src_uri})")
+    if page.file.src_uri == "playground.md" and PLAYGROUND.exists():
+        markdown = markdown.replace("<!-- the page -->", PLAYED)
     notebook = Path(page.file.src_uri).with_suffix(".ipynb")
     if files.get_file_from_path(notebook.as_posix()):
         markdown += f"\n\n[This page as a notebook]({notebook.name})\n"

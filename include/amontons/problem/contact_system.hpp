@@ -80,6 +80,7 @@ JacobianRow jacobian_row(const Contact& contact, const ContactBasis& basis, int 
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w);
 
 // w = M^-1 w in place: velocities that impulses at the centres of mass cause.
-void apply_masses(const ContactSystem& A, std::span<double> w);
+// `rates`: M^-1 J'w along the coordinates of the trees, if they are known already.
+void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates = nullptr);
 
 }  // namespace amontons

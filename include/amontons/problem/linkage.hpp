@@ -30,6 +30,9 @@ struct Linkage {
   // Coordinates: the next one towards the root, which has a smaller number (-1: none). The twist per unit
   // rate of all bodies beyond it is the velocity at the reference point and the angular velocity.
   std::vector<Index> parent;
+  // How many coordinates on the way to the root are numbered k, k - 1, ... without a gap, k itself included.
+  // A branch in depth-first order is one such run, so that loops over ancestors are over a few runs.
+  std::vector<Index> run;
   std::vector<std::array<double, 6>> column;
   // Rows of M: M_kk, then M_kj for j = parent[k] and so on to the root; row k begins at first[k]. Replaced by
   // the rows of L by factor(), with D_k in place of the unit diagonal.

@@ -1,9 +1,9 @@
 #pragma once
 #include <array>
-#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstring>
 #include <string>
 #include <type_traits>
 
@@ -59,17 +59,15 @@ template <class S>
 inline constexpr std::size_t parameter_count = std::is_empty_v<S> ? 0 : sizeof(S) / sizeof(double);
 template <class S>
 std::array<double, parameter_count<S>> parameters(const S& set) {
-  if constexpr (parameter_count<S> == 0)
-    return {};
-  else
-    return std::bit_cast<std::array<double, parameter_count<S>>>(set);
+  std::array<double, parameter_count<S>> values{};
+  if constexpr (parameter_count<S> > 0) std::memcpy(values.data(), &set, sizeof set);
+  return values;
 }
 template <class S>
 S from_parameters(const std::array<double, parameter_count<S>>& values) {
-  if constexpr (parameter_count<S> == 0)
-    return {};
-  else
-    return std::bit_cast<S>(values);
+  S set;
+  if constexpr (parameter_count<S> > 0) std::memcpy(&set, values.data(), sizeof set);
+  return set;
 }
 
 // The natural map of any cone. On the boundary Pi(z) = <z, ray> ray with ray = Pi(z) / |Pi(z)|, because z -

@@ -25,13 +25,17 @@ def read_triangles(path: Path, part: str = "") -> Surface:
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         remedy = (
-            "; export it as .stl or .obj from the program that made it" if kind in (".step", ".stp") else ""
+            "export it as .stl or .obj from the program that made it"
+            if kind in (".step", ".stp")
+            else "convert it"
         )
-        raise FileError(f"{path}: is no {', '.join(SUFFIXES)} file{remedy}")
+        raise FileError(f"{path}: is no {', '.join(SUFFIXES)} file; {remedy}")
     corners = collada.read_triangles(path) if kind == ".dae" else stl_text.read(path)
     if corners is not None and not part:
         points, index = np.unique(corners, axis=0, return_inverse=True)
         return _mesh(path, points, index.reshape(-1, 3))
+    if kind == ".dae" and not part:
+        raise FileError(f"{path}: is no Collada file, or its scene shows no triangles; export it again")
     return _by_trimesh(path, part)
 
 
@@ -54,13 +58,14 @@ def _by_trimesh(path: Path, part: str) -> Surface:
     except FileError:
         raise
     except Exception as error:  # whatever its parsers raise of a damaged file
-        raise FileError(f"{path}: cannot be read as a mesh ({' '.join(str(error).split())[:200]})") from None
+        reason = " ".join(str(error).split())[:200]
+        raise FileError(f"{path}: cannot be read as a mesh ({reason}); export it again") from None
 
 
 def _mesh(path: Path, points: Any, triangles: Any) -> Surface:
     points, triangles = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int32)
     if not len(triangles) or not np.isfinite(points).all():
-        raise FileError(f"{path}: holds no triangles of finite points")
+        raise FileError(f"{path}: holds no triangles of finite points; export it again")
     return points, triangles
 
 

@@ -102,7 +102,8 @@ class Model:
     """parts of bodies that have names of their own, as fixed joints of a file hold them"""
     trees: str = "none"
     """bodies in coordinates of their joints, which then hold exactly: none | auto. With auto these are bodies
-    whose rigid joints form a tree. Joints that close its loops, and compliant ones, are rows."""
+    whose rigid joints form a tree. Joints that close its loops, and compliant ones, are rows. Models of
+    MJCF and URDF files have auto."""
     core: _core.Model = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -13,7 +13,7 @@ from ..checks import Array, Numbers, chosen, flag, integer, option, positive, qu
 from ..errors import InputError, StepWarning
 from ..model.model import Model
 from . import inverse_kinematics as ik
-from .derivative import Derivative, Held, derivative_of, limits_at_rest, remembered_slips
+from .derivative import Derivative, Held, derivative_of, remembered_slips
 from .differences import CHANGE, INPUTS, held_change, placed
 from .events import ContactEvents, contact_events
 from .holding import held_by
@@ -142,12 +142,12 @@ class Analysis(Queries):
         if threads is not None:
             threads = int(option("threads", threads))
         probe = self._precise(tolerance)
-        core = probe._core
+        core, change = probe._core, CHANGE
         if contacts == "held":
             core.assign(placed(core, self._model, steady=True))
             core.step()
-            core = Held(core, self._model, core_options(probe.options)).simulation()
-        change = held_change(self._model) if contacts == "held" else CHANGE
+            held = Held(core, self._model, core_options(probe.options))
+            core, change = held.simulation(), held_change(self._model, held.step.margin)
         found = linearise_core(core, self._model, self.dt, inputs, threads, change)
         if contacts == "free" and found.kinks:
             count = len(found.states + found.inputs)
@@ -204,8 +204,6 @@ class Analysis(Queries):
         unsound = "" if report.is_sound and report.path == "accurate" else f"the step ended by {report.path}"
         if report.substeps > 1:
             unsound = f"the step was made in {report.substeps} parts"
-        if resting := limits_at_rest(precise._core, self._model):
-            unsound = f"{', '.join(resting[:3])} rests at a limit, which is held to both sides"
         if slipping := remembered_slips(precise._core, self._model):
             unsound = f"the friction of {', '.join(slipping[:3])} depends on the slip of the step before"
         held = Held(precise._core, self._model, core_options(precise.options))

@@ -20,12 +20,23 @@ from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
-from .differences import HELD, HELD_CHANGE, Stepped, entries_of, held_change, kinks_of, names_of, placed
-from .forces import effort_table
+from .differences import (
+    HELD,
+    HELD_CHANGE,
+    HELD_REACH,
+    Sides,
+    Stepped,
+    entries_of,
+    felt,
+    held_change,
+    kinks_of,
+    names_of,
+    placed,
+)
 
 OPEN_END = 1e-5
 """Relative: by which parameters change, and in their units those of zero."""
-INCONSISTENT = 1e-3
+INCONSISTENT = 1e-4
 """A held solution whose equations err by more of its change (m/s) has no derivative."""
 NEAR = 10.0
 """Changes: margins below so many are borders."""
@@ -48,6 +59,8 @@ class Derivative:
     """(2 nv + na, inputs): of inputs over the step before, since forces act from middle to middle"""
     P: Array
     """(2 nv + na, parameters), in the units of the parameters"""
+    rates: Array
+    """(nv, columns of A, B, B_before and P): of qd at the instant of q, which a simulation shows"""
     dt: float
     """s"""
     states: tuple[str, ...]
@@ -64,15 +77,23 @@ class Derivative:
     reason: str
     """why it is not differentiable; empty if it is"""
 
-    def vjp(self, cotangent: ArrayLike) -> Pullback:
-        """The products of a row vector, (2 nv + na,), with A, B and P: of a loss, its derivatives.
+    def vjp(self, cotangent: ArrayLike, rates: ArrayLike | None = None) -> Pullback:
+        """The products of a row vector, (2 nv + na,), with A, B, B_before and P: of a loss, its derivatives.
 
-        cotangent: of the loss over the state after the step. Raises InputError for another length.
+        cotangent: of the loss over the state after the step. rates: (nv,), over the qd that the simulation
+        shows after it. Raises InputError for another length.
         """
         w = vector("cotangent", cotangent)
         if len(w) != len(self.A):
             raise InputError(f"cotangent has {len(w)} entries; the state has {len(self.A)}")
-        return Pullback(w @ self.A, w @ self.B, w @ self.B_before, w @ self.P)
+        parts = [w @ each for each in (self.A, self.B, self.B_before, self.P)]
+        if rates is not None:
+            seen = vector("rates", rates)
+            if len(seen) != len(self.rates):
+                raise InputError(f"rates has {len(seen)} entries; qd has {len(self.rates)}")
+            ends = np.cumsum([len(part) for part in parts])[:-1]
+            parts = [p + more for p, more in zip(parts, np.split(seen @ self.rates, ends), strict=True)]
+        return Pullback(*parts)
 
 
 @dataclass(frozen=True)
@@ -95,9 +116,13 @@ class Held:
     def __init__(self, core: _core.Simulation, model: Model, options: _core.SimulationOptions) -> None:
         """core: after the step, solved to rounding; it goes back to the state before it."""
         self.step = _core.HeldStep(core)
-        self.model, self._options = model, self.step.options(options)
+        self.model, self._options = model, self.step.options(options, HELD_REACH)
         core.restore_last()
         self._before = core.snapshot()
+        self.after = self.simulation()
+        """after the held step"""
+        self.after.step()
+        self.step.close()
 
     def simulation(self, model: Model | None = None) -> _core.Simulation:
         """Before the step; of a variant of the model."""
@@ -117,26 +142,30 @@ def derivative_of(
 ) -> Derivative:
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
-    after = core.copy()
-    after.step()
-    stepped = Stepped(model, model.tree.coordinates(after)[0], threads)
-    entries = entries_of(core, model, inputs, held_change(model))
+    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads, instant=True)
+    (middle,) = stepped.after([placed(core, model)])
+    entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
+    entries = felt(stepped, core, entries, middle)
     sides = list(stepped.sides(core, entries))
     held_inputs = [replace(e, kind=HELD[e.kind]) for e in entries if e.kind in HELD]
     before = [side.slope for side in stepped.sides(core, held_inputs)]
-    (middle,) = stepped.after([placed(core, model)])
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)
     moved = [_parameter_slope(held, stepped, name) for name in names]
-    matrix = np.array([side.slope for side in sides]).reshape(len(sides), size).T
-    kinks = kinks_of(states + driven, entries, sides, middle)
+    slopes = [*(side.slope for side in sides), *before, *moved]
+    whole = np.array(slopes).reshape(len(slopes), len(middle)).T
+    matrix, ends = whole[:size], np.cumsum([size, len(driven), len(driven)])
+    A, B, B_before, P = (part.copy() for part in np.split(matrix, ends, axis=1))
+    of_state = [Sides(side.low[:size], side.high[:size], side.by) for side in sides]
+    kinks = kinks_of(states + driven, entries, of_state, middle[:size])
     reason = unsound or _reason(held.step, kinks)
     return Derivative(
-        matrix[:, :size].copy(),
-        matrix[:, size:].copy(),
-        np.array(before).reshape(len(before), size).T.copy(),
-        np.array(moved).reshape(len(names), size).T.copy(),
+        A,
+        B,
+        B_before,
+        P,
+        whole[size:].copy(),
         dt,
         states,
         driven,
@@ -145,19 +174,6 @@ def derivative_of(
         held.step.margin,
         reason,
     )
-
-
-def limits_at_rest(core: _core.Simulation, model: Model) -> list[str]:
-    """The degrees of freedom that rested at a limit in the last step. A step opens it and never closes an
-    overlap, so that it has a derivative to one side alone."""
-    # A held step closes overlaps of up to a thousandth of the fall (step/policy.hpp, closing).
-    reach = 1e-6 + 2e-3 * float(np.linalg.norm(model.gravity)) * core.impulse_step**2 / model.length
-    found = []
-    for row, (name, dof) in zip(effort_table(core), degrees(model.joints), strict=True):
-        gap = min(row["coordinate"] - dof.lower, dof.upper - row["coordinate"])
-        if row["limit"] != 0 and dof.lower < dof.upper and abs(gap) <= reach:
-            found.append(name)
-    return found
 
 
 def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:

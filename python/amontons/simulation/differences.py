@@ -18,16 +18,22 @@ from ..checks import Array
 from ..errors import SimulationError
 from ..model.model import Model
 from .processors import usable_cores
-from .tangent import angles, differences, integrate
+from .tangent import angles, difference, integrate
 
 CHANGE = 1e-6
 """rad, or Model.length: by which coordinates change. Errors are 1e-12 of the third derivative, and 1e-16 /
 1e-6 of rounding."""
 HELD_CHANGE = 1e-7
-"""the same where steps are held on their faces and solved to rounding: errors of 1e-9. Contacts that rest are
-kept closed by a small share of the fall of a step, and are to stay within it."""
-TOGETHER = 128
-"""copies that are kept at a time"""
+"""the same where steps are held on their faces and solved to rounding: errors of 1e-9"""
+HELD_REACH = 1e-6
+"""of Model.length: overlaps that held steps close. Changes make them, with levers of ten lengths."""
+ROUNDING = 1e-6
+"""Inputs of held steps change until rates change by so much of those of a fall through `Model.length`. Less
+would be near rounding where an input moves little."""
+MOST_INPUT = 1e-2
+"""N, N m or the unit of a control, relative above 1: by which inputs change at most"""
+TOGETHER = 32
+"""copies that are stepped at a time"""
 KINK = 0.02
 """One-sided slopes that differ by more belong to a contact that opens, closes, or begins to slide."""
 SMALL = 1e-2
@@ -95,11 +101,15 @@ def kinks_of(
 class Stepped:
     """States of copies of a simulation after a step, as changes from the coordinates q.
 
-    steady: the step is one of a motion that lasts, with the same loads before.
+    steady: the step is one of a motion that lasts, with the same loads before. instant: behind each state
+    are the rates of the instant of q (nv).
     """
 
-    def __init__(self, model: Model, q: Array, threads: int | None, steady: bool = False) -> None:
-        self.model, self.q, self.threads, self.steady = model, q, threads or usable_cores(), steady
+    def __init__(
+        self, model: Model, q: Array, threads: int | None, steady: bool = False, instant: bool = False
+    ) -> None:
+        self.model, self.q, self.threads = model, q, threads or usable_cores()
+        self.steady, self.instant = steady, instant
         self.residual = 0.0
         """the largest of all steps"""
 
@@ -107,7 +117,7 @@ class Stepped:
         self, copies: Sequence[_core.Simulation], trees: Sequence[_core.Tree] | None = None
     ) -> list[Array]:
         """The state of each after a step."""
-        q, _, residuals, _, _, failures = _core.run_worlds(
+        q, qd, residuals, _, _, failures = _core.run_worlds(
             trees or [self.model.tree], copies, None, None, 1, 1, self.threads
         )
         if any(failures):
@@ -115,22 +125,26 @@ class Stepped:
             raise SimulationError(f"there is no linear model here, as a step fails: {why}")
         self.residual = max(self.residual, float(residuals.max(initial=0.0)))
         active = activated(self.model)
-        start = np.broadcast_to(self.q, (len(copies), len(self.q)))
         activations = np.array([copy.activations[active] for copy in copies]).reshape(
             len(copies), len(active)
         )
-        moved = differences(self.model, start, q[:, 0])
+        moved = difference(self.model, self.q, q[:, 0])
         rates = [
             middle_rates(copy, tree)
             for copy, tree in zip(copies, cycle(trees or [self.model.tree]), strict=False)
         ]
-        return list(np.concatenate([moved, np.array(rates).reshape(moved.shape), activations], axis=1))
+        parts = [moved, np.array(rates).reshape(moved.shape), activations]
+        if self.instant:
+            parts.append(qd[:, 0])
+        return list(np.concatenate(parts, axis=1))
 
     def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
         """Both sides of each entry, from the state of `core`."""
+        copies: list[_core.Simulation] = []
         for first in range(0, len(entries), TOGETHER // 2):
             part = entries[first : first + TOGETHER // 2]
-            copies = [_changed(core, self.model, e, by, self.steady) for e in part for by in (e.low, e.high)]
+            copies = _as_before(copies, core, 2 * len(part))
+            _change(copies, self.model, [(e, by) for e in part for by in (e.low, e.high)], self.steady)
             rows = self.after(copies)
             for k, entry in enumerate(part):
                 yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
@@ -178,10 +192,13 @@ def activated(model: Model) -> list[int]:
     return [k for k, drive in enumerate(model.actuators) if drive.dynamics != "none"]
 
 
-def held_change(model: Model) -> float:
-    """By how much states of held steps change. Loops close to 1e-10, which larger changes have to pass."""
+def held_change(model: Model, margin: float) -> float:
+    """By how much states of held steps change; margin: that of the step. Loops close to 1e-10, which larger
+    changes have to pass. Without borders nothing limits a change, and a larger one has less rounding.
+    """
     in_tree = {link[2] for link in model.tree.links}
-    return HELD_CHANGE if all(j in in_tree for j in range(len(model.joints))) else CHANGE
+    loops = any(j not in in_tree for j in range(len(model.joints)))
+    return CHANGE if loops or np.isinf(margin) else HELD_CHANGE
 
 
 def entries_of(core: _core.Simulation, model: Model, inputs: str, change: float = CHANGE) -> list[Entry]:
@@ -191,10 +208,35 @@ def entries_of(core: _core.Simulation, model: Model, inputs: str, change: float 
     return [Entry(e.kind, e.index, scale * e.low, scale * e.high) for e in found]
 
 
-def _of_state(model: Model) -> Iterator[Entry]:
+def _typical_rate(model: Model) -> float:
+    """1/s: that of what falls through Model.length; without gravity, of what passes it in a second."""
     gravity = float(np.linalg.norm(model.gravity))
-    # Rates that fall through Model.length would have; without gravity those that pass it in a second.
-    rate = CHANGE * (np.sqrt(gravity / model.length) if gravity > 0 else 1.0)
+    return float(np.sqrt(gravity / model.length)) if gravity > 0 else 1.0
+
+
+def felt(stepped: Stepped, core: _core.Simulation, entries: list[Entry], middle: Array) -> list[Entry]:
+    """Entries whose inputs change by enough to be felt: steps held on their faces bear larger changes."""
+    model = stepped.model
+    inputs = [e for e in entries if e.kind in INPUTS]
+    copies = _as_before([], core, len(inputs))
+    if not inputs:
+        return entries
+    _change(copies, model, [(e, e.high or e.low) for e in inputs], stepped.steady)
+    scale = np.where(angles(model), 1.0, 1 / model.length) / _typical_rate(model)
+    found = [e for e in entries if e.kind not in INPUTS]
+    for entry, after in zip(inputs, stepped.after(copies), strict=True):
+        moved = float(np.abs((after - middle)[model.nv : 2 * model.nv] * scale).max(initial=0.0))
+        now = float(getattr(core, entry.kind)[entry.index])
+        most = MOST_INPUT * max(1.0, abs(now)) / (max(entry.high, -entry.low) or 1.0)
+        factor = min(max(1.0, ROUNDING / moved), most) if moved > 0 else most
+        lower, upper = model.control_limits[entry.index] if entry.kind == "controls" else (-np.inf, np.inf)
+        low, high = max(factor * entry.low, lower - now), min(factor * entry.high, upper - now)
+        found.append(Entry(entry.kind, entry.index, low, high))
+    return found
+
+
+def _of_state(model: Model) -> Iterator[Entry]:
+    rate = CHANGE * _typical_rate(model)
     units = np.where(angles(model), 1.0, model.length)
     for kind, by in (("q", CHANGE), ("qd", rate)):
         yield from (Entry(kind, k, -by * unit, by * unit) for k, unit in enumerate(units.tolist()))
@@ -221,21 +263,38 @@ def _within(kind: str, index: int, now: float, lower: float, upper: float) -> En
     return Entry(kind, index, max(lower - now, -by), min(upper - now, by))
 
 
-def _changed(core: _core.Simulation, model: Model, entry: Entry, by: float, steady: bool) -> _core.Simulation:
-    copy, none = core.copy(), np.zeros(model.nv, np.uint8)
-    copy.show_middle()
-    q, qd = model.tree.coordinates(copy)
-    if entry.kind in ("q", "qd"):
-        change = np.zeros(model.nv)
-        change[entry.index] = by
+def _as_before(kept: list[_core.Simulation], core: _core.Simulation, count: int) -> list[_core.Simulation]:
+    """So many copies of a simulation. Those of before are used again: the memory of a first step is dear."""
+    for copy in kept[:count]:
+        copy.assign(core)
+    return kept[:count] + [core.copy() for _ in range(count - len(kept))]
+
+
+def _change(
+    copies: Sequence[_core.Simulation],
+    model: Model,
+    changes: Sequence[tuple[Entry, float]],
+    steady: bool = False,
+) -> None:
+    """Changes one entry of each copy by so much; steady: before a step of a motion that lasts."""
+    for copy in copies:
+        copy.show_middle()
+    q, qd = model.tree.coordinates(copies[0])
+    along, none = np.zeros((len(changes), model.nv)), np.zeros(model.nv, np.uint8)
+    for row, (entry, by) in zip(along, changes, strict=True):
         if entry.kind == "q":
-            model.tree.set_q(copy, integrate(model, q, change), none)
+            row[entry.index] = by
+    moved = integrate(model, q, along)
+    for copy, at, (entry, by) in zip(copies, moved, changes, strict=True):
+        if entry.kind == "q":
+            model.tree.set_q(copy, at, none)
+        elif entry.kind == "qd":
+            rates = qd.copy()
+            rates[entry.index] += by
+            model.tree.set_qd(copy, rates, none)
         else:
-            model.tree.set_qd(copy, qd + change, none)
-    else:
-        getattr(copy, entry.kind)[entry.index] += by
-    copy.begin_with_shown(steady)
-    return copy
+            getattr(copy, entry.kind)[entry.index] += by
+        copy.begin_with_shown(steady)
 
 
 def names_of(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, watching
-from ..checks import Array, flag, function, option, reals
+from ..checks import Array, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from ..model.variants import same_structure
+from .differences import INPUTS
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
+from .tape import Gradient, Tape, cotangent, gradient
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,38 @@ class Rollout:
     """the worlds at their ends, from which they can go on"""
     failures: list[str]
     """of each world why it stopped, with its row; empty if it did not"""
+    tape: Tape | None = None
+    """with tape=True, what `vjp` needs"""
+
+    def vjp(
+        self,
+        q: ArrayLike | None = None,
+        qd: ArrayLike | None = None,
+        *,
+        parameters: Iterable[str] = (),
+        inputs: str | None = None,
+        threads: int | None = None,
+    ) -> Gradient:
+        """Derivatives of a loss, backwards through the steps of a rollout with tape=True.
+
+        q, qd: (worlds, rows, nq) and (worlds, rows, nv), derivatives of the loss over `q` and `qd`; None is
+            zero. The part along a quaternion has no influence.
+        parameters: names as in `Simulation.derivative`, "friction:foot".
+        inputs: "controls" or "joint_forces"; by default what the rollout was given.
+        threads: as in `Simulation.derivative`.
+
+        Each step is one of `Simulation.derivative`, on the faces of its solution. Raises InputError naming
+        the argument.
+        """
+        if self.tape is None:
+            raise InputError("the rollout has no tape; give rollout(..., tape=True)")
+        if inputs is not None:
+            chosen("inputs", inputs, INPUTS)
+        slopes = cotangent("q", q, self.q.shape), cotangent("qd", qd, self.qd.shape)
+        if any(self.failures):
+            k = next(k for k, failure in enumerate(self.failures) if failure)
+            raise InputError(f"world {k} has no derivative: {self.failures[k]}")
+        return gradient(self.tape, self.simulations, self.q, slopes, parameters, inputs, threads)
 
 
 def rollout(
@@ -55,6 +89,7 @@ def rollout(
     repeat: int = 1,
     threads: int | None = None,
     sensors: bool = False,
+    tape: bool = False,
     before_step: BeforeStep | None = None,
     after_step: AfterStep | None = None,
     **options: Any,
@@ -71,6 +106,8 @@ def rollout(
     threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
         has by itself, whatever their number.
     sensors: read the sensors of the model after each row, one world after the other with Python's lock held.
+    tape: keep the state before each row, for `Rollout.vjp`: derivatives of a loss over controls, states at
+        the start and parameters. Without functions before and after steps.
     before_step, after_step: as in `Simulation.run`, called with each world; a true result of after_step ends
         its world, whose rows from there on are NaN. With them, and with those of given simulations, all
         worlds advance one after the other, in Python.
@@ -89,9 +126,12 @@ def rollout(
     repeat = option("repeat", repeat)
     sensors = flag("sensors", sensors)
     watched = before_step or after_step or any(world.before_step or world.after_step for world in worlds)
+    taped = _tape(rows, repeat, bool(watched)) if flag("tape", tape) else None
     courses, readings, done, failures = [], [], 0, [""] * len(worlds)
     stopped = [False] * len(worlds)
-    for part in rows.single() if sensors else [rows]:
+    for part in rows.single() if sensors or taped else [rows]:
+        if taped:
+            taped.add(worlds)
         if watched:
             course = advance_watched(worlds, part, repeat, before_step, after_step, stopped)
         else:
@@ -102,17 +142,32 @@ def rollout(
             values[failed & (np.array(course.done) == 0)] = np.nan  # of a world that failed in a part before
         courses.append(course)
         done += course.q.shape[1]
-        values = np.array([world.sensors.array if sensors else () for world in worlds], dtype=np.float64)
-        values[failed] = np.nan
-        readings.append(np.repeat(values[:, None], course.q.shape[1], axis=1))
-    q, qd, residuals, missed = (
-        np.concatenate([getattr(course, name) for course in courses], axis=1)
-        for name in ("q", "qd", "residuals", "missed")
-    )
+        readings.append(_readings(worlds, sensors, failed, course.q.shape[1]))
+    q, qd, residuals, missed = _joined(courses)
     _report_failures(worlds, failures)
     _report(worlds, residuals, missed, repeat)
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
-    return Rollout(q, qd, residuals, missed, time, np.concatenate(readings, axis=1), worlds, failures)
+    read = np.concatenate(readings, axis=1)
+    return Rollout(q, qd, residuals, missed, time, read, worlds, failures, taped)
+
+
+def _tape(rows: Rows, repeat: int, watched: bool) -> Tape:
+    if watched:
+        raise InputError("tape: functions before and after steps have no derivative; leave them out")
+    return Tape(rows.controls, rows.joint_forces, repeat)
+
+
+def _readings(worlds: Sequence[Simulation], sensors: bool, failed: Array, rows: int) -> Array:
+    """(worlds, rows, values): the sensors after the last of some rows, NaN of worlds that failed."""
+    values = np.array([world.sensors.array if sensors else () for world in worlds], dtype=np.float64)
+    values[failed] = np.nan
+    return np.repeat(values[:, None], rows, axis=1)
+
+
+def _joined(courses: Sequence[Course]) -> tuple[Array, ...]:
+    """q, qd, residuals and missed steps of all rows, (worlds, rows, ...)."""
+    names = ("q", "qd", "residuals", "missed")
+    return tuple(np.concatenate([getattr(course, n) for course in courses], axis=1) for n in names)
 
 
 def _failure(course: Course, world: int, before: int) -> str:

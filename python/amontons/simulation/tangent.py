@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,33 +14,25 @@ SMALL = 1e-8
 
 
 def integrate(model: Model, q: Array, change: Array) -> Array:
-    """q after a time 1 with constant velocities `change`, (nv,): quaternions turn about axes of theirs."""
-    moved = q.copy()
+    """q after a time 1 with constant velocities `change`, (..., nv): quaternions turn about axes of theirs.
+
+    q: (..., nq), or one for all.
+    """
+    moved = np.broadcast_to(q, (*change.shape[:-1], model.nq)).copy()
     for at, rates in linear_entries(model):
-        moved[at] += change[rates]
+        moved[..., at] += change[..., rates]
     for at, rates in rotations(model):
-        moved[at] = product(q[at], exponential(change[rates]))
+        moved[..., at] = product(moved[..., at], exponential(change[..., rates]))
     return moved
 
 
 def difference(model: Model, first: Array, last: Array) -> Array:
-    """The change, (nv,), for which integrate(first, change) is last."""
-    change = np.zeros(model.nv)
+    """The change, (..., nv), for which integrate(first, change) is last; first and last: (..., nq)."""
+    change = np.zeros((*np.broadcast_shapes(first.shape, last.shape)[:-1], model.nv))
     for at, rates in linear_entries(model):
-        change[rates] = last[at] - first[at]
+        change[..., rates] = last[..., at] - first[..., at]
     for at, rates in rotations(model):
-        change[rates] = logarithm(product(conjugate(first[at]), last[at]))
-    return change
-
-
-def differences(model: Model, first: Array, last: Array) -> Array:
-    """`difference` of many, (rows, nv), of (rows, nq) each."""
-    change = np.zeros((len(first), model.nv))
-    for at, rates in linear_entries(model):
-        change[:, rates] = last[:, at] - first[:, at]
-    for at, rates in rotations(model):
-        for row, (a, b) in enumerate(zip(first[:, at], last[:, at], strict=True)):
-            change[row, rates] = logarithm(product(conjugate(a), b))
+        change[..., rates] = logarithm(product(conjugate(first[..., at]), last[..., at]))
     return change
 
 
@@ -73,8 +64,15 @@ def angles(model: Model) -> Array:
 
 def product(a: Array, b: Array) -> Array:
     """Two turns one after the other: quaternions w, x, y, z."""
-    u, v = a[1:], b[1:]
-    return np.array([a[0] * b[0] - u @ v, *(a[0] * v + b[0] * u + np.cross(u, v))])
+    a0, a1, a2, a3 = (a[..., k] for k in range(4))
+    b0, b1, b2, b3 = (b[..., k] for k in range(4))
+    turned = (
+        a0 * b0 - (a1 * b1 + a2 * b2 + a3 * b3),
+        a0 * b1 + b0 * a1 + (a2 * b3 - a3 * b2),
+        a0 * b2 + b0 * a2 + (a3 * b1 - a1 * b3),
+        a0 * b3 + b0 * a3 + (a1 * b2 - a2 * b1),
+    )
+    return np.stack(turned, axis=-1)
 
 
 def conjugate(a: Array) -> Array:
@@ -83,13 +81,36 @@ def conjugate(a: Array) -> Array:
 
 def exponential(rotation: Array) -> Array:
     """The quaternion that turns about a vector by its length (rad)."""
-    angle = float(np.linalg.norm(rotation))
-    by = 0.5 if angle < SMALL else math.sin(angle / 2) / angle
-    return np.array([math.cos(angle / 2), *(by * rotation)])
+    angle = np.linalg.norm(rotation, axis=-1, keepdims=True)
+    some = np.maximum(angle, SMALL)
+    by = np.where(angle < SMALL, 0.5, np.sin(some / 2) / some)
+    return np.concatenate([np.cos(angle / 2), by * rotation], axis=-1)
 
 
 def logarithm(a: Array) -> Array:
     """The shortest rotation vector (rad) of a unit quaternion."""
-    a = -a if a[0] < 0 else a
-    half = float(np.linalg.norm(a[1:]))
-    return a[1:] * (2.0 if half < SMALL else 2 * math.atan2(half, a[0]) / half)
+    a = np.where(a[..., :1] < 0, -a, a)
+    half = np.linalg.norm(a[..., 1:], axis=-1, keepdims=True)
+    some = np.maximum(half, SMALL)
+    return a[..., 1:] * np.where(half < SMALL, 2.0, 2 * np.arctan2(some, a[..., :1]) / some)
+
+
+def along_velocities(model: Model, q: Array, slope: Array) -> Array:
+    """Derivatives over changes of q along qd, (nv,), from those over the entries of q, (nq,)."""
+    found = np.zeros(model.nv)
+    for at, rates in linear_entries(model):
+        found[rates] = slope[at]
+    for at, rates in rotations(model):
+        # Turned by a vector r, q changes by q (0, r) / 2.
+        found[rates] = 0.5 * product(conjugate(q[at]), slope[at])[1:]
+    return found
+
+
+def of_coordinates(model: Model, q: Array, slope: Array) -> Array:
+    """The inverse: derivatives over the entries of q, (nq,), of which none is along a quaternion."""
+    found = np.zeros(model.nq)
+    for at, rates in linear_entries(model):
+        found[at] = slope[rates]
+    for at, rates in rotations(model):
+        found[at] = 2 * product(q[at], np.concatenate([[0.0], slope[rates]]))
+    return found

@@ -22,7 +22,7 @@ from ..model.quantities import parameter, values_of
 from ..simulation.derivative import with_values
 from ..simulation.rollout import rollout
 from ..simulation.simulation import Simulation
-from ..simulation.tangent import angles, differences
+from ..simulation.tangent import angles, difference
 
 CHANGE = 1e-4
 """Relative: by which parameters change for differences. Large enough to pass over rounding of many steps."""
@@ -262,7 +262,7 @@ class _Problem:
     def errors(self, simulated: Array) -> Array:
         """Residuals, (pieces * frames * nv,), of one set of parameters."""
         measured = self.pieces.q.reshape(-1, self.model.nq)
-        found = differences(self.model, measured, simulated.reshape(measured.shape)) * self.scale
+        found = difference(self.model, measured, simulated.reshape(measured.shape)) * self.scale
         worst = float(np.nanmax(np.abs(found), initial=1.0))
         return np.nan_to_num(found, nan=10 * worst).ravel()  # of worlds whose velocities were not finite
 

@@ -88,7 +88,7 @@ void SupportPoints::simplify_outline() {
   for (std::size_t k = 0; k < outline_.size(); ++k) losses_[k] = loss(k);
   while (outline_.size() > 3) {
     const std::size_t n = outline_.size();
-    const double least = *std::ranges::min_element(losses_);
+    const double least = *std::min_element(losses_.begin(), losses_.end());
     if (n <= most_corners && !(lost + least <= least_area * whole)) return;
     std::size_t last = n;
     for (std::size_t k = 0; k < n; ++k)

@@ -145,7 +145,9 @@ void find_neighbours(TriangleMesh& mesh) {
             std::to_string(first[1].triangle) +
             " run along their common edge in the same direction; list the corners of all triangles "
             "counter-clockwise seen from outside");
-    for (auto e = first; e != last; ++e) set_neighbour(mesh, *e, {first, last});
+    // From pointers: older C++ libraries make no span of iterators.
+    const std::span shared(&*first, static_cast<std::size_t>(last - first));
+    for (const SharedEdge& e : shared) set_neighbour(mesh, e, shared);
     first = last;
   }
 }

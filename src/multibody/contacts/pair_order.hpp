@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
-#include <compare>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -22,7 +22,7 @@ inline std::size_t end_of_pair(const std::vector<Contact>& contacts, std::size_t
 struct PairKey {
   std::pair<Index, Index> pair;
   std::uint32_t contact;
-  auto operator<=>(const PairKey&) const = default;
+  bool operator<(const PairKey& o) const { return std::tie(pair, contact) < std::tie(o.pair, o.contact); }
 };
 
 // Keys of the contacts that satisfy keep(i), sorted by pair. Within a pair they keep the order of discovery,

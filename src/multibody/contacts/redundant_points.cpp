@@ -101,7 +101,9 @@ void RedundantPoints::call_in(const Reach& reach, std::vector<Contact>& contacts
   for (std::size_t first = 0, end = 0; first < redundant_.size(); first = end) {
     end = end_of_pair(redundant_, first);
     const auto [begin, after] = keys_of(by_pair_, pair_of(redundant_[first]));
-    const double held = deepest(contacts, {begin, after}, reach);
+    const auto rows = std::span(by_pair_).subspan(static_cast<std::size_t>(begin - by_pair_.begin()),
+                                                  static_cast<std::size_t>(after - begin));
+    const double held = deepest(contacts, rows, reach);
     for (std::size_t i = first; i < end; ++i) {
       if (overlaps(redundant_[i], held))
         called_.push_back(redundant_[i]);

@@ -101,8 +101,8 @@ void for_each_known(const Model& model, const std::vector<Contact>& last, const 
     const auto after =
         std::partition_point(first, last.end(), [&](const Contact& c) { return pair_of(c) == pair; });
     if (first != after)
-      match(model, {first, after}, inverse(bodies[contacts[i].body_a].pose),
-            std::span(contacts).subspan(i, end - i), matches, was);
+      match(model, std::span(&*first, static_cast<std::size_t>(after - first)),
+            inverse(bodies[contacts[i].body_a].pose), std::span(contacts).subspan(i, end - i), matches, was);
     else
       was.assign(end - i, ~std::size_t{0});
     for (std::size_t k = 0; k < was.size(); ++k, ++i)

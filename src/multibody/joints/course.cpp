@@ -159,8 +159,8 @@ Course belt(const Model& model, const BodyFrames& bodies, const Tendon& tendon) 
 
 std::size_t rubs_of(const Tendon& tendon) {
   if (tendon.closed) return 1;
-  return static_cast<std::size_t>(
-      std::ranges::count_if(tendon.path, [](const PathElement& e) { return e.friction > 0; }));
+  return static_cast<std::size_t>(std::count_if(tendon.path.begin(), tendon.path.end(),
+                                                [](const PathElement& e) { return e.friction > 0; }));
 }
 
 Course course_of(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {

@@ -75,7 +75,7 @@ struct Helpers {
 std::vector<Index> bodies_of(const Place& p) {
   std::vector<Index> all = p.left.bodies.body;
   for (const Index body : p.right.bodies.body)
-    if (std::ranges::find(all, body) == all.end()) all.push_back(body);
+    if (std::find(all.begin(), all.end(), body) == all.end()) all.push_back(body);
   return all;
 }
 
@@ -117,7 +117,7 @@ void follow_others(std::vector<Place>& places, Helpers& helpers) {
   for (Place& p : places) {
     const std::vector<Index> all = bodies_of(p);
     if (all.empty()) continue;
-    const Index direct = std::ranges::find(all, p.body) != all.end() ? p.body : all.front();
+    const Index direct = std::find(all.begin(), all.end(), p.body) != all.end() ? p.body : all.front();
     for (Side* side : {&p.left, &p.right}) {
       const WideRow from = side->bodies;
       side->bodies = {};

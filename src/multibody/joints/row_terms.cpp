@@ -6,17 +6,6 @@
 #include "amontons/problem/linkage.hpp"
 
 namespace amontons {
-namespace {
-
-// Compliance (relative to D M^-1 D' of the row times Model::lightness()): makes redundant locked rows share
-// the load evenly. Such rows (two hinges of a door, planar loops) make A singular. Not larger: a row sags by
-// this fraction of g h^2, 2e-11 m for a body on one joint, times the carried masses over the heaviest of its
-// mechanism. Relative to D M^-1 D' alone a link of 1e-6 kg would let a trunk of 17 kg sink at 30 mm/s. Not
-// smaller: positions are rounded to 1e-16 of their size. That error, over h and over this compliance, is a
-// load between redundant rows, below 1e-4 of the weight.
-constexpr double locked_regularisation = 1e-7;
-
-}  // namespace
 
 // The velocity after the step is unknown. The reach is twice the fastest known velocity, plus a tenth of a
 // length (or rad) for the effect of collisions and other joints. A missed limit is corrected in the next
@@ -76,10 +65,12 @@ double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) 
   return trees.inverse_mass(row) + inverse_effective_mass(trees.without_trees(row), bodies.mobility);
 }
 
+// A tree may lock the direction of a row: a planar loop holds itself in its plane. D M^-1 D' with the joints
+// of the tree is then zero up to rounding, and a compliance relative to it no compliance. Free bodies set it.
 void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
-      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies);
+      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
   rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
 }
 

@@ -36,14 +36,18 @@ double frobenius_squared(const Mat3& m) {
   return norm_squared(m.row[0]) + norm_squared(m.row[1]) + norm_squared(m.row[2]);
 }
 
-// The inverse of max(I, S) in the sense of the pencil (S, I): with I = L L' and L^-1 S L^-T = Q diag(s) Q'
-// that is max(I, S) = L Q diag(max(1, s)) Q' L'. False, and nothing changes, if no s exceeds 1.
-bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
+// The inverse of max(I, S) in the sense of the pencil (S, I). With I = L L' and L^-1 S L^-T = Q diag(s) Q'
+// that is max(I, S) = L Q diag(max(1, s)) Q' L'. S becomes what I gains. False if no s exceeds 1.
+bool stiffen(const Mat3& inertia, Mat3& S, Mat3& inverse_inertia) {
   const Eigen::Matrix3d L = to_eigen(inertia).llt().matrixL();
   const Eigen::Matrix3d inner =
       L.triangularView<Eigen::Lower>().solve(L.triangularView<Eigen::Lower>().solve(to_eigen(S)).transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> pencil(0.5 * (inner + inner.transpose()));
-  if (!(pencil.eigenvalues().maxCoeff() > 1)) return false;
+  const Eigen::Vector3d more = (pencil.eigenvalues().array() - 1.0).cwiseMax(0.0).matrix();
+  const Eigen::Matrix3d F = L * pencil.eigenvectors(), added = F * more.asDiagonal() * F.transpose();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) S(i, j) = 0.5 * (added(i, j) + added(j, i));
+  if (!(more.maxCoeff() > 0)) return false;
   const Eigen::Matrix3d B = L.transpose().triangularView<Eigen::Upper>().solve(pencil.eigenvectors());
   const Eigen::Vector3d weights = pencil.eigenvalues().cwiseMax(1.0).cwiseInverse();
   const Eigen::Matrix3d sum = B * weights.asDiagonal() * B.transpose();
@@ -58,15 +62,14 @@ bool stiffen(const Mat3& inertia, const Mat3& S, Mat3& inverse_inertia) {
 // origin of frame_a. Contact forces are left out: they do not turn with a body. Compressive forces have
 // negative K and are no stiff springs; eigenvalues below 1 are not changed.
 bool stiffen_rotations(const Model& model, const State& state, double h, double kick,
-                       const BodyFrames& frames, const JointContexts& joints, std::vector<Mat3>& sums,
+                       const BodyFrames& frames, const JointContexts& joints, std::vector<Mat3>& added,
                        BodyMobilities& mobility) {
   if (state.impulse_step <= 0 || model.joints() == 0) return false;
-  sums.assign(frames.size(), Mat3{});
+  added.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
-    if (model.is_dynamic(body)) sums[body] = sums[body] + stiffness(point - frames[body].centre, F);
+    if (model.is_dynamic(body)) added[body] = added[body] + stiffness(point - frames[body].centre, F);
   };
   for (std::size_t j = 0; j < joints.size(); ++j) {
-    if (joints[j].in_tree) continue;
     const Joint& joint = *joints[j].joint;
     const JointPose& pose = joints[j].pose;
     const Vec3 F = rotate(pose.b.rotation, state.joint_wrenches[j].force) / state.impulse_step;
@@ -76,10 +79,12 @@ bool stiffen_rotations(const Model& model, const State& state, double h, double 
   // The forces are those of the last step. A force within a single step is no spring.
   bool any = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Mat3 S = h * kick * sums[i];
+    Mat3& S = added[i];
+    S = h * kick * S;
     // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm; this test makes other bodies cheap.
-    if (!(frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1)) continue;
-    if (!stiffen(frames[i].inertia, S, mobility[i].inverse_inertia)) continue;
+    const bool maybe = frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1;
+    if (!maybe) S = Mat3{};
+    if (!maybe || !stiffen(frames[i].inertia, S, mobility[i].inverse_inertia)) continue;
     mobility[i].stiffened = true;
     any = true;
   }

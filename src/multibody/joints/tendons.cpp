@@ -119,7 +119,8 @@ double tendon_scale(const Model& model, Index index) {
   const auto kind = [&](const TendonTerm& term) { return model.joint(term.joint).dofs[term.dof].kind; };
   const auto& terms = tendon.terms;
   const auto all = [&](Dof::Kind wanted) {
-    return !terms.empty() && std::ranges::all_of(terms, [&](const auto& t) { return kind(t) == wanted; });
+    return !terms.empty() &&
+           std::all_of(terms.begin(), terms.end(), [&](const auto& t) { return kind(t) == wanted; });
   };
   const bool angles = all(Dof::Kind::hinge);
   if (!tendon.path.empty() || (!angles && !all(Dof::Kind::slide))) return 1;

@@ -113,7 +113,9 @@ std::optional<Wrap> wrap(const Vec3& a_world, const Vec3& b_world, PathElement::
   const Transform into = inverse(obstacle);
   const Vec3 a3 = into(a_world), b3 = into(b_world);
   if (norm(a3) < tiny || norm(b3) < tiny) return std::nullopt;
-  const auto [x, y] = plane_of(kind, a3, b3);
+  // By name, so that the lambda below can capture them: Clang before 16 lacks that for structured bindings.
+  const std::array<Vec3, 2> plane = plane_of(kind, a3, b3);
+  const Vec3 &x = plane[0], &y = plane[1];
   const auto flat = [&](const Vec3& p) { return Vec2{dot(p, x), dot(p, y)}; };
   const Vec2 a = flat(a3), b = flat(b3);
   // A string that ends within the circle, or has no extent across a cylinder's axis, is straight.

@@ -60,17 +60,18 @@ constexpr std::array<const char*, 8> passed_over<ModelDescription>{
 class Reader {
  public:
   explicit Reader(const Place& file) {
-    for (const char* key : {"shapes", "bodies", "geoms"})
-      if (!file.value.is_object() || !file.value.contains(key) || !file.value[key].is_array())
-        file.fail(std::string("no model: there is no list \"") + key +
-                  "\"; write it by amontons.write_model");
-    if (file.value.contains("version")) {
+    // The version comes first: a later one may have no such lists.
+    if (file.value.is_object() && file.value.contains("version")) {
       int version = 0;
       read(file.field("version"), version);
       if (version > model_json_version)
         file.field("version").fail("it is " + std::to_string(version) + "; this version of amontons reads " +
                                    std::to_string(model_json_version) + ": take a newer one");
     }
+    for (const char* key : {"shapes", "bodies", "geoms"})
+      if (!file.value.is_object() || !file.value.contains(key) || !file.value[key].is_array())
+        file.fail(std::string("no model: there is no list \"") + key +
+                  "\"; write it by amontons.write_model");
     const Place list = file.field("shapes");
     for (std::size_t i = 0; i < list.value.size(); ++i) shapes_.push_back(shape_of(list.entry(i)));
   }
@@ -158,7 +159,10 @@ class Reader {
     if (!p.value.is_object()) p.fail("give an object");
     if constexpr (std::is_same_v<T, Geom>)
       if (!p.value.contains("shape")) p.fail("there is no \"shape\"");
-    for (const auto& [key, value] : p.value.items()) {
+    // Lambdas of Clang before 16 capture no structured bindings.
+    for (const auto& item : p.value.items()) {
+      const std::string& key = item.key();
+      const auto& value = item.value();
       const auto take = [&](const auto& field) {
         if (key != field.name) return false;
         if (!value.is_null()) read({value, &p, field.name}, part.*field.member);

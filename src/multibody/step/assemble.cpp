@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+#include "amontons/problem/linkage.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
 
@@ -52,6 +53,19 @@ void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& 
 double contact_compliance(const Material& m, const Assembly& options) {
   if (options.impact && m.restitution > 0) return 0;
   return m.compliance / (options.kick * (options.h + m.relaxation_time));
+}
+
+// Joints of trees cannot give way at all. Friction can lock a link between others that way: if its contacts
+// overlap by rounding, no motion closes them, and impulses grow without bound. Rows of joints have the same
+// compliance (row_terms).
+double softness(const StepBodies& bodies, const Contact& c, const Model* model) {
+  if (!bodies.trees || !model) return 0;
+  const Linkage& trees = *bodies.trees->linkage;
+  if (trees.place_of(c.body_a) < 0 && trees.place_of(c.body_b) < 0) return 0;
+  double inverse_mass = 0;
+  for (const Index i : {c.body_a, c.body_b})
+    if (i >= 0) inverse_mass += bodies.mobility[i].inverse_mass;
+  return locked_regularisation * model->lightness(c.body_a, c.body_b) * inverse_mass;
 }
 
 // c_n of a contact, docs/algorithm.md (6). A gap may close within the step. A penetration is removed at no
@@ -99,11 +113,12 @@ void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const Jo
     const std::size_t row = b.size();
     b.resize(row + static_cast<std::size_t>(c.rows));
     to_rows(c, u.linear, u.angular, c.moment_length, &b[row]);
-    const double recovery = std::max(options.recovery_speed, closes(c) ? options.closing : 0);
+    const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
+                                      -c.gap <= options.held ? options.held / options.h : 0});
     b[row] += contact_bias(c, b[row], recovery, options);
     append_set(c, K);
     const double E = contact_compliance(c.material, options);
-    A.contact_compliance.push_back(E);
+    A.contact_compliance.push_back(std::max(E, softness(bodies, c, options.model)));
     if (E > 0 && !options.impact) hold_tangents(c, E, &b[row]);
   }
   // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be shared.
@@ -143,7 +158,7 @@ void change_free(const BodyVelocities& change, Problem& problem) {
   }
 }
 
-std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
+std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {
   const auto& A = std::get<ContactSystem>(problem.A);
   static thread_local std::vector<double> w;
   w.assign(6 * A.bodies.size(), 0.0);
@@ -151,19 +166,19 @@ std::span<const double> impulses_on_bodies(const Problem& problem, std::span<con
   return w;
 }
 
-// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
-void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  static thread_local std::vector<double> w;
-  w.assign(6 * A.bodies.size(), 0.0);
-  add_impulses(A, x, w);
-  apply_masses(A, w);
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, BodyVelocities& v) {
+  apply_masses(std::get<ContactSystem>(problem.A), w, rates);
   for (std::size_t i = 0; i < v.size(); ++i) {
     const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
   }
+}
+
+// D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
+  add_moved(problem, impulses_on_bodies(problem, x), nullptr, v);
 }
 
 }  // namespace amontons

@@ -2,6 +2,7 @@
 #pragma once
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/multibody/joints/rows.hpp"
+#include "amontons/multibody/model/model.hpp"
 #include "amontons/problem/problem.hpp"
 
 namespace amontons {
@@ -12,7 +13,9 @@ struct Assembly {
   bool impact = false;             // require u_n = -e u_n^- instead of closing gaps
   // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
   double closing = 0, most_closed = 0;
-  double slack = 0;  // m: smaller gaps and overlaps count as zero
+  double held = 0;               // m: overlaps up to it are closed within the step (held_step.hpp)
+  double slack = 0;              // m: smaller gaps and overlaps count as zero
+  const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
 };
 
 // The VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.
@@ -25,7 +28,10 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
 void change_free(const BodyVelocities& change, Problem& problem);
 
 // D'x, six numbers per body: impulses at the centres of mass. Valid until the next call on this thread.
-std::span<const double> impulses_on_bodies(const Problem& problem, std::span<const double> x);
+std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x);
+
+// v += M^-1 w for w = D'x, which changes. `rates` as of apply_masses().
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, BodyVelocities& v);
 
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v);

@@ -1,12 +1,14 @@
 // The method of a held step replaces that of the solve, as a user's own method does. The step around it stays
 // as it is. So positions, second-order terms and all that a step does beside its problem are differentiated
-// with it. A problem that a step poses before its last one (an impact, a look ahead) has other rows. It is
-// solved as usual, and counted.
+// with it. A step may pose several problems: those of impacts, and one with contacts that come into reach.
+// Each has faces of its own, which the first held step finds. A problem of a later step that none of them is
+// like is solved as usual, and counted.
 #include "amontons/multibody/step/held_step.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <mutex>
-#include <optional>
+#include <vector>
 
 #include "amontons/base/error.hpp"
 #include "amontons/solvers/second_order/held_faces.hpp"
@@ -14,49 +16,79 @@
 
 namespace amontons {
 
-// Copies of a simulation step side by side and share the faces.
+// Copies of a simulation step side by side and share the faces, which do not change once they are closed.
 struct HeldStep::Shared {
-  HeldFaces faces;
+  Law law;
+  std::vector<std::unique_ptr<HeldFaces>> faces;
+  bool closed = false;
   std::mutex mutex;
   std::size_t others = 0;
   double residual = 0;
 
-  Shared(const Problem& problem, Law law, std::vector<double> x) : faces(problem, law, std::move(x)) {}
+  void add(const Problem& problem, std::vector<double> x) {
+    faces.push_back(std::make_unique<HeldFaces>(problem, law, std::move(x)));
+  }
+  // The faces of the most alike problem; null if there are none.
+  const HeldFaces* nearest(const Problem& problem) const {
+    const HeldFaces* best = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& one : faces)
+      if (const double apart = one->distance(problem); apart < least) {
+        least = apart;
+        best = one.get();
+      }
+    return best;
+  }
+  std::vector<double> solve(const Problem& problem, const Options& options) {
+    if (const HeldFaces* known = nearest(problem)) {
+      HeldFaces::Nearby near = known->solve(problem);
+      const std::lock_guard lock(mutex);
+      residual = std::max(residual, near.residual);
+      return std::move(near.x);
+    }
+    std::vector<double> x = amontons::solve(problem, "auto", options).x;
+    const std::lock_guard lock(mutex);
+    if (closed)
+      ++others;
+    else
+      add(problem, x);
+    return x;
+  }
 };
 
-HeldStep::HeldStep(const Simulation& simulation) {
+HeldStep::HeldStep(const Simulation& simulation) : shared_(std::make_shared<Shared>()) {
   AMONTONS_REQUIRE(simulation.state().steps > 0 && !simulation.last_state().positions.empty(),
                    "there was no step yet that could be held; call step() first");
-  const Law law = simulation.options().law;
+  shared_->law = simulation.options().law;
   const auto& problem = simulation.problem();
   // A step without rows has no problem, and no faces.
-  shared_ = problem && simulation.impulses().size() == problem->rows()
-                ? std::make_shared<Shared>(*problem, law, simulation.impulses())
-                : std::make_shared<Shared>(Problem{}, law, std::vector<double>{});
+  if (problem && simulation.impulses().size() == problem->rows())
+    shared_->add(*problem, simulation.impulses());
 }
 
-SimulationOptions HeldStep::options(SimulationOptions given) const {
+SimulationOptions HeldStep::options(SimulationOptions given, double reach) const {
   given.own_method = [shared = shared_](const Problem& problem, const Options& options) {
-    std::optional<HeldFaces::Nearby> near = shared->faces.solve(problem);
-    if (!near) {
-      const std::lock_guard lock(shared->mutex);
-      ++shared->others;
-    }
-    if (!near) return solve(problem, "auto", options).x;
-    const std::lock_guard lock(shared->mutex);
-    shared->residual = std::max(shared->residual, near->residual);
-    return std::move(near->x);
+    return shared->solve(problem, options);
   };
-  given.held = true;
+  given.held = reach;
   given.warm_start = false;  // a start within the tolerance would be taken for the solution
   given.max_substeps = 1;
   given.threads = 1;
   return given;
 }
 
-double HeldStep::margin() const { return shared_->faces.margin(); }
-bool HeldStep::determines_velocities() const { return shared_->faces.determines_velocities(); }
-std::size_t HeldStep::rows() const { return shared_->faces.rows(); }
+void HeldStep::close() { shared_->closed = true; }
+
+double HeldStep::margin() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& one : shared_->faces) least = std::min(least, one->margin());
+  return least;
+}
+bool HeldStep::determines_velocities() const {
+  const auto& faces = shared_->faces;
+  return std::all_of(faces.begin(), faces.end(),
+                     [](const auto& one) { return one->determines_velocities(); });
+}
 std::size_t HeldStep::others() const {
   const std::lock_guard lock(shared_->mutex);
   return shared_->others;

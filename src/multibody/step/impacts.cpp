@@ -135,7 +135,8 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
     const Problem problem =
-        assemble(bodies, active, locked, {.h = h, .kick = step.kick(), .recovery_speed = 0, .impact = true});
+        assemble(bodies, active, locked,
+                 {.h = h, .kick = step.kick(), .recovery_speed = 0, .impact = true, .model = &step.model});
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);

@@ -9,11 +9,13 @@ namespace amontons {
 void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
   const bool in_time = !solver.budget->late();
-  find_rest(step, o, *posed.problem, solver.again, posed.x0, solved.solution, solved.rest);
+  find_rest(step, o, *posed.problem, solver.again, posed.x0, posed.predicted, solved.solution, solved.rest);
   solved.solution =
       solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
   solved.after = o.free;
-  apply_impulses(*posed.problem, solved.solution.x, solved.after);
+  // If all stops, impulses are not needed.
+  if (!(solved.rest.all() && solved.rest.slow))
+    apply_impulses(*posed.problem, solved.solution.x, solved.after);
   stop_resting(step.model, solved.rest, solved.after);
   solver.clock.lap(&Timings::solve);
   solver.clock.solved(in_time);
@@ -37,7 +39,10 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
       turning ? turn_contacts(reach, o.free, enough_of_a_turn(step), o.finder, posed.turns, *posed.problem)
               : 0;
   clock.lap(&Timings::assembly);
-  if (!found && turned > 0) posed.x0 = solved.solution.x;
+  if (!found && turned > 0) {
+    posed.predicted.clear();
+    posed.x0 = solved.solution.x;
+  }
   return found || turned > 0;
 }
 

@@ -15,12 +15,12 @@
 
 namespace amontons {
 
-static void make_free_velocities(const StepSetting& step, const State& state, Observed& o) {
+static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities(step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
                        o.free, o.spins, step.forest.number);
   if (!step.forest.empty())
-    make_free_tree_velocities(step.model, step.forest, state, step.h, step.last, o.frames, o.start, o.loads,
-                              o.trees, o.free);
+    make_free_tree_velocities(step.model, step.forest, step.h, step.last, o.frames, o.start, o.loads, o.trees,
+                              o.free);
 }
 
 // The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
@@ -45,6 +45,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {
     place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
+    o.trees.stiffness.clear();
     make_tree_masses(model, forest, state, o.frames, h, kick, o.trees);
   }
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
@@ -61,7 +62,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
     o.loads[i].torque += kick * o.held.torques[i];
   }
   add_fluid_loads(model, o.frames, o.mobility, o.start, kick, o.loads, o.stopped);
-  make_free_velocities(step, state, o);
+  make_free_velocities(step, o);
   foresee(o);
   clock.lap(&Timings::assembly);
   o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
@@ -78,7 +79,11 @@ void stiffen(const StepSetting& step, const State& state, Observed& o) {
 
 void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& o) {
   if (o.is_stiffened) o.mobility = o.stiffened;
-  if (bounced || o.is_stiffened) make_free_velocities(step, state, o);
+  if (o.is_stiffened && !step.forest.empty()) {
+    o.trees.stiffness = o.stiffness;
+    make_tree_masses(step.model, step.forest, state, o.frames, step.h, step.kick(), o.trees);
+  }
+  if (bounced || o.is_stiffened) make_free_velocities(step, o);
 }
 
 }  // namespace amontons

@@ -38,7 +38,7 @@ struct Observed {
   std::vector<GyroscopicSpin> spins;
   std::vector<Contact> contacts;
   ContactFinder finder;  // later searches of the step go on from the first
-  // Mobility with light links stiffened, in force after the impacts; the stiffness is scratch.
+  // Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
   BodyMobilities stiffened;
   bool is_stiffened = false;
   std::vector<Mat3> stiffness;

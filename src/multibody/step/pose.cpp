@@ -5,8 +5,10 @@
 #include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/joints/dof_rows.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
+#include "multibody/trees/momenta.hpp"
 #include "multibody/trees/rates.hpp"
 
 namespace amontons {
@@ -25,11 +27,23 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
           .most_closed = error,
-          .slack = few ? 0 : std::min(drift, step::most_slack * length)};
+          .held = step.held_reach(),
+          .slack = few ? 0 : std::min(drift, step::most_slack * length),
+          .model = &step.model};
 }
 
 double enough_of_a_turn(const StepSetting& step) {
   return step::least_turn * step.h * norm(step.model.description().gravity);
+}
+
+// Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
+// there: an inertia along a tendon would take the difference for an acceleration.
+static void find_past_of_trees(const StepSetting& step, const State& state, Observed& o, JointRows& rows) {
+  const auto has_inertia = [](const Tendon& t) { return t.armature > 0; };
+  const auto& tendons = step.model.description().tendons;
+  if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
+  past_of({step.model, o.bodies(), o.joints, state, step.joint_options(o.held.controls)}, rows);
+  change_past(step.model, step.forest, state, step.kick(), o.frames, o.start, o.trees, rows.past);
 }
 
 // The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
@@ -45,21 +59,18 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // Contacts turn with the velocities that the impulses of the last step would give: for smooth motion a
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
-  BodyVelocities& v = posed.predicted;
-  v = posed.x0.empty() ? o.start : o.free;
-  if (!posed.x0.empty()) apply_impulses(*posed.problem, posed.x0, v);
+  const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
   turn_contacts({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.finder,
                 posed.turns, *posed.problem);
 }
 
 // The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
-// the motion of second order with contacts, too. b follows.
-static void foresee_impulses(const StepSetting& step, const State& state, Observed& o, StepProblem& posed) {
+// the motion of second order with contacts, too. b follows. `w`: those impulses, per body.
+static void foresee_impulses(const StepSetting& step, const State& state, std::span<const double> w,
+                             Observed& o, StepProblem& posed) {
   // The change of the free velocities is known only afterwards; b needs no other.
-  BodyVelocities& change = posed.predicted;
+  BodyVelocities& change = posed.change;
   change = o.free;
-  std::span<const double> w;
-  if (!posed.x0.empty()) w = impulses_on_bodies(*posed.problem, posed.x0);
   foresee_tree_velocities(step.model, step.forest, state, step.h, step.last, o.frames, o.start, w, o.trees,
                           o.free);
   for (std::size_t i = 0; i < change.size(); ++i)
@@ -70,6 +81,7 @@ static void foresee_impulses(const StepSetting& step, const State& state, Observ
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
   const Model& model = step.model;
   posed.rows.clear();
+  find_past_of_trees(step, state, o, posed.rows);
   append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
   if (!step.damped) {
     if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, posed.carried);
@@ -84,7 +96,16 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   posed.problem->law = step.options.law;
   assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
-  if (!step.forest.empty()) foresee_impulses(step, state, o, posed);
+  std::span<double> w;
+  if (!posed.x0.empty() && (!step.forest.empty() || !o.contacts.empty()))
+    w = impulses_on_bodies(*posed.problem, posed.x0);
+  if (!step.forest.empty()) foresee_impulses(step, state, w, o, posed);
+  // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
+  posed.predicted.clear();
+  if (!w.empty() && !o.contacts.empty()) {
+    posed.predicted = o.free;
+    add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
+  }
   posed.turns.added.clear();
   if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search) &&
       !off("turn contacts"))
@@ -95,6 +116,7 @@ void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepP
   std::size_t before = 0, added = 0;
   for (std::size_t i = 0; i < o.contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(o.contacts[i].rows);
+  posed.predicted.clear();
   posed.x0 = x;
   posed.x0.insert(posed.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
   assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);

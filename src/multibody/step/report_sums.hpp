@@ -9,8 +9,8 @@ namespace amontons {
 // Adds a part of a step: the errors at its start, and its result.
 void add_part(const PositionErrors& errors, const StepProblem& posed, const Solved& solved, double tolerance,
               StepSums& sums, Report& report);
-// Energies at the end of a step.
-void add_energies(const Model& model, State& state, const BodyFrames& frames,
-                  const BodyVelocities& velocities, Report& report);
+// Energies at the end of a step. Coordinates of trees that the step has moved are exact already.
+void add_energies(const Model& model, const Forest& moved_trees, State& state, const Observed& observed,
+                  Report& report);
 
 }  // namespace amontons

@@ -128,7 +128,8 @@ void form_start(const Problem& problem, std::span<const double> x0, Solution& s)
 // the error of a start within the tolerance: the impulses of this step take them out. Those after them may
 // not, unless all rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const Problem& problem,
-                                 const std::vector<double>& x0, Solution& start, Rest& rest) {
+                                 const std::vector<double>& x0, const BodyVelocities& predicted,
+                                 Solution& start, Rest& rest) {
   const Model& model = step.model;
   const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
   const double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
@@ -142,10 +143,10 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
   if (!rest.slow) keep_slow(model.length(), o.start, tolerance, rest);
   if (!rests_any(rest)) return false;
-  rest.v = o.free;
-  apply_impulses(problem, x0, rest.v);
-  rest.slow = rest.slow && std::all_of(rest.v.begin(), rest.v.end(), slow);
-  if (!rest.slow) keep_slow(model.length(), rest.v, rounding, rest);
+  if (predicted.empty()) apply_impulses(problem, x0, rest.v = o.free);
+  const BodyVelocities& v = predicted.empty() ? rest.v : predicted;
+  rest.slow = rest.slow && std::all_of(v.begin(), v.end(), slow);
+  if (!rest.slow) keep_slow(model.length(), v, rounding, rest);
   if (!rests_any(rest)) return false;
   form_start(problem, x0, start);
   keep_solved(problem, step.options.law, tolerance, rounding, start, rest);
@@ -153,13 +154,13 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
 }
 
 void find_rest(const StepSetting& step, const Observed& o, const Problem& problem, bool again,
-               const std::vector<double>& x0, Solution& start, Rest& rest) {
+               const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest) {
   if (again && rest.any && !rest.moving.empty() && rest.island.size() == problem.K.blocks())
     return go_on(problem, x0, rest);
   rest.any = false;
   rest.moving.clear();
   if (off("at rest") || x0.empty() || o.contacts.empty() ||
-      !find_islands_at_rest(step, o, problem, x0, start, rest))
+      !find_islands_at_rest(step, o, problem, x0, predicted, start, rest))
     return;
   for (std::size_t k = 0; k < rest.island.size(); ++k)
     if (!rest.rests[rest.island[k]]) rest.moving.push_back(k);

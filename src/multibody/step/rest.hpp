@@ -22,7 +22,7 @@ struct Rest {
   std::vector<double> x0;                // its start
   std::vector<double> map, map_at_zero;  // scratch: per island, squared
   std::vector<Index> number;
-  BodyVelocities v;
+  BodyVelocities v;  // scratch
   bool all() const { return any && moving.empty(); }
   // Natural residual of the whole problem, from that of the other islands.
   struct Maps {
@@ -39,8 +39,9 @@ struct Rest {
 // stays exact. If any rests, `start` becomes x0 with its u.
 //
 // `again`: x0 is the solution of an earlier solve of the step, beside which the islands of `rest` rested.
+// `predicted`: the free velocities with x0; empty: not known.
 void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
-               const std::vector<double>& x0, Solution& start, Rest& rest);
+               const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest);
 // Projects the start x0 and forms its u.
 void form_start(const Problem& problem, std::span<const double> x0, Solution& s);
 // Stops the bodies of islands at rest.

@@ -165,7 +165,12 @@ void find_near_contacts(const SmoothInput& in, SmoothScratch& scratch) {
 }  // namespace
 
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch) {
-  if (in.model.joints() == 0) return;
+  const auto is_rigid = [&](std::size_t i) {
+    return rows.tags[i].kind == RowKind::locked && rows.restraint[i] == Restraint::equality;
+  };
+  std::size_t first_rigid = 0;
+  while (first_rigid < rows.tags.size() && !is_rigid(first_rigid)) ++first_rigid;
+  if (first_rigid == rows.tags.size()) return;
   // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
   // The resulting slip belongs to a pose in which they never were, and is removed.
   const bool first = !(in.last > 0);
@@ -184,13 +189,13 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   find_near_contacts(in, scratch);
-  const auto touched = [&](Index body) { return body >= 0 && near[body]; };
+  const auto touched = [&scratch](Index body) { return body >= 0 && scratch.near[body]; };
   Index joint = -1;
   bool smooth = true;
   JointSlip out;
-  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
+  for (std::size_t i = first_rigid; i < rows.tags.size(); ++i) {
     const RowTag& tag = rows.tags[i];
-    if (tag.kind != RowKind::locked || rows.restraint[i] != Restraint::equality) continue;
+    if (!is_rigid(i)) continue;
     const JointContext& now = in.joints[tag.joint];
     if (tag.joint != joint) {
       joint = tag.joint;

@@ -27,10 +27,15 @@ struct StepSetting {
   double restitution;   // m/s, slower approaches do not bounce
   // Impulses act from the middle of the last step to the middle of this one (s).
   double kick() const { return 0.5 * (last + h); }
-  // A held step treats limits as every step treats contacts, whose small overlaps are closed.
+  // A held step closes overlaps up to this (m) at once, so that limits and contacts that rest stay closed
+  // after the small changes whose differences are its derivative.
+  double held_reach() const {
+    if (options.held == 0) return 0;
+    return step::closing * h * h * norm(model.description().gravity) + options.held * model.length();
+  }
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};
-    if (options.held) all.closing = step::closing * h * norm(model.description().gravity);
+    all.closing = held_reach() / h;
     return all;
   }
 };

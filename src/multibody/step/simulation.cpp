@@ -219,7 +219,8 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   Observed& o = scratch_->observed;
   place_bodies(*model_, state_, o.frames, o.mobility, o.start);
-  add_energies(*model_, state_, o.frames, o.start, report);
+  static const Forest none;
+  add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
   report.timings.total += clock.elapsed();
 }
 

@@ -18,7 +18,8 @@ struct StepProblem {
   std::vector<double> x0;  // start of the next solve; empty: zero
   std::shared_ptr<Problem> problem;
   ContactTurns turns;        // contained in b
-  BodyVelocities predicted;  // scratch
+  BodyVelocities predicted;  // the free velocities with the impulses x0; empty: nobody has asked yet
+  BodyVelocities change;     // scratch
   SmoothScratch smooth;
   std::vector<unsigned char> carried;  // per contact: it had an impulse in the last step
 };

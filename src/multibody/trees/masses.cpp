@@ -21,6 +21,10 @@ void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
   }
   linkage.arm.resize(linkage.body.size());
   linkage.parent = forest.parent;
+  for (std::size_t k = 0; k < forest.parent.size(); ++k) {
+    const bool follows = k > 0 && forest.parent[k] == static_cast<Index>(k) - 1;
+    linkage.run.push_back(follows ? linkage.run.back() + 1 : 1);
+  }
   linkage.column.resize(forest.parent.size());
   linkage.first.assign(1, 0);
   std::vector<std::size_t> depth(forest.parent.size());
@@ -101,6 +105,9 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
     linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
   }
   trees.carried = trees.inertias;
+  if (h > 0)
+    for (std::size_t i = 0; !trees.stiffness.empty() && i < forest.bodies.size(); ++i)
+      trees.carried[i].second = trees.carried[i].second + trees.stiffness[forest.bodies[i].body];
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     const TreeInertia& inertia = trees.carried[i];

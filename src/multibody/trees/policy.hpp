@@ -7,11 +7,13 @@ namespace amontons::trees {
 // Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
 // its coordinates was moved by the user. Rounding is below it (test_trees).
 inline constexpr double rounding = 1e-11;
-// Rounds (count): of Newton's method for the rates without impulses, before the search for contacts.
-inline constexpr int first_rounds = 2;
-// The same after it (count): each round gains a factor h |q'|, 0.02 for 10 rad/s at 2 ms.
+// Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
+// 2 ms.
 inline constexpr int most_rounds = 8;
-// Change of rates (relative to the fastest): at which these rounds end.
+// Change of rates (relative to the fastest): these rounds end if the next one would change them less.
 inline constexpr double rate_precision = 1e-9;
+// Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result. More
+// is left where coordinates turn by radians within a step (a chain that snaps straight, test_trees).
+inline constexpr double most_left = 1e-3;
 
 }  // namespace amontons::trees

@@ -175,8 +175,7 @@ void resize(const Forest& forest, TreeStep& trees) {
 // stay as they are, so that to observe a state twice does not change it. Otherwise coordinates are fitted to
 // the relative poses of the bodies of each joint, as they are without trees. The base stays where it is, and
 // the bodies beyond it follow.
-void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
-  resize(forest, trees);
+static void find_places(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
   read_balls(model, forest, state, trees);
   place_all(model, forest, state, trees);
   const auto moved_body = [&](const TreePlace& place) {
@@ -191,6 +190,30 @@ void place_trees(const Model& model, const Forest& forest, State& state, TreeSte
     place_all(model, forest, state, trees);
     write_poses(forest, trees, state);
   }
+}
+
+// The places of the end of a step are those of the start of the next one, bit for bit, unless somebody has
+// changed the state meanwhile. The rotation of a ball is not in the state: it is found from poses, with other
+// rounding than that of the motion.
+void note_placed(const Forest& forest, const State& state, TreeStep& trees) {
+  for (const TreeBody& b : forest.bodies)
+    if (b.joint >= 0 && b.count > b.dofs) return;
+  trees.placed.positions = state.positions;
+  trees.placed.orientations = state.orientations;
+  trees.placed.coordinates = state.coordinates;
+}
+
+// The places need the poses of bases and of driven bodies, too: all of the state is compared.
+// Exact comparisons: a state that differs by rounding only is another one, and gets its own places.
+static bool is_placed(const State& state, const TreeStep& trees) {
+  return !trees.placed.coordinates.empty() && trees.placed.coordinates == state.coordinates &&
+         trees.placed.positions == state.positions && trees.placed.orientations == state.orientations;
+}
+
+void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
+  resize(forest, trees);
+  if (!is_placed(state, trees)) find_places(model, forest, state, trees);
+  trees.placed.coordinates.clear();
   for (std::size_t i = 0; i < forest.bodies.size(); ++i)
     if (forest.bodies[i].joint >= 0) make_duals(model, forest.bodies[i], trees.places[i], trees);
 }

@@ -18,6 +18,9 @@ void place_tree_joints(const Model& model, const Forest& forest, const State& st
 // Poses, frames and columns in TreeStep from the coordinates in the state, its poses of bases, and balls.
 void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees);
 
+// The places in TreeStep are those that place_trees() would find for this state.
+void note_placed(const Forest& forest, const State& state, TreeStep& trees);
+
 // The poses in TreeStep become those of the state.
 void write_poses(const Forest& forest, const TreeStep& trees, State& state);
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "multibody/bodies/motion.hpp"
-#include "multibody/joints/row_terms.hpp"
+#include "multibody/trees/momenta.hpp"
 #include "multibody/trees/policy.hpp"
 #include "multibody/trees/poses.hpp"
 
@@ -27,47 +27,15 @@ double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h
          d.inertia * (rate - before);
 }
 
-// The world has none. A driven body has that of its given velocity, whose centre of mass moves straight.
-//
-// The flow of a body of the model with the velocity v, at a reference point.
-Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, const Vec3& reference) {
-  if (body < 0) return {};
-  return from_point(v[body].linear, v[body].angular, frames[body].centre - reference);
-}
-
-// Velocities of bodies from rates; trees.flow are the flows. A tree on a driven body begins with its flow.
+// Velocities of bodies from rates; trees.flow are the flows.
 void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
                       TreeStep& trees, BodyVelocities& v) {
-  trees.flow.resize(forest.bodies.size());
+  make_flows(forest, frames, v, rates, trees);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+    const Flow& f = trees.flow[i];
     const TreePlace& place = trees.places[i];
-    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    Flow f = above >= 0 ? trees.flow[above] : flow_of(frames, v, b.parent, place.reference);
-    for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
-    trees.flow[i] = f;
-    v[b.body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
+    v[forest.bodies[i].body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
   }
-}
-
-// The pose of a body on its joint after the coordinates have moved with the rates for h.
-Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place,
-                         const Transform& parent, std::span<const double> coordinates,
-                         std::span<const double> rates, double h, const TreeStep& trees) {
-  const Joint& joint = model.joint(b.joint);
-  Transform relative;
-  for (std::size_t i = 0; i < b.dofs; ++i) {
-    const Dof& dof = joint.dofs[i];
-    const double way = h * rates[b.first + i];
-    const Quat turn =
-        dof.kind == Dof::Kind::hinge ? exponential(way * dof.axis) * trees.turns[b.first + i] : Quat{};
-    append_dof(dof, coordinates[b.first_dof + i] + way, turn, relative);
-  }
-  if (b.count > b.dofs) {
-    const double* w = &rates[b.first + b.dofs];
-    relative.rotation = relative.rotation * (place.ball * exponential(h * Vec3{w[0], w[1], w[2]}));
-  }
-  return parent * (b.fore * (b.reversed ? inverse(relative) : relative) * b.aft);
 }
 
 // Impulses along the coordinates of impulses on the bodies, which are summed along the trees: J' by the
@@ -83,36 +51,6 @@ void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees)
 }
 
 }  // namespace
-
-void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
-                  std::vector<Flow>& momenta) {
-  trees.moved.resize(forest.bodies.size());
-  momenta.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
-    const TreePlace& place = trees.places[i];
-    Transform& pose = trees.moved[i];
-    if (b.joint < 0) {
-      const double* r = &rates[b.first];
-      pose = moved(frames[b.body], {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}}, h);
-    } else {
-      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
-      const Transform parent = above >= 0      ? trees.moved[above]
-                               : b.parent >= 0 ? moved(frames[b.parent], start[b.parent], h)
-                                               : Transform{};
-      pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h, trees);
-    }
-    // The rotation vector of the turn is its axis times the angle, so that spin = turn / h is the mean
-    // angular velocity. Halfway the inertia has turned by half of it, exp(turn / 2) I exp(-turn / 2), and the
-    // spin not at all, as it is the axis: L = exp(turn / 2) (I spin).
-    const Vec3 way = pose(model.body(b.body).centre_of_mass) - place.centre;
-    const Vec3 turn = logarithm(pose.rotation * conjugate(place.pose.rotation));
-    const Vec3 p = (model.body(b.body).mass / h) * way;
-    const Vec3 spin = rotate(exponential(0.5 * turn), frames[b.body].inertia * ((1 / h) * turn));
-    momenta[i] = {p, spin + cross(place.centre - place.reference, p)};
-  }
-}
 
 // Parents and bodies as they move, relative to each other: an error of one joint does not reach the next one.
 // The rest of the spin after the dofs of a ball is that of the ball.
@@ -141,80 +79,212 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
 
 namespace {
 
+// The displacement of a step differs from that of its start velocities by the square of the angle, and so do
+// momenta. Below the precision of rates it need not be known.
+bool is_slow(double angle) { return angle * angle < trees::rate_precision; }
+bool is_fast(double angle) { return angle * angle > trees::most_left; }
+
+double largest(std::span<const double> rates) {
+  double most = 0;
+  for (const double rate : rates) most = std::max(most, std::abs(rate));
+  return most;
+}
+
 // The change of each body's momentum, from the displacement before the step to the one after it, is the
 // impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
-void find_rates(const Model& model, const Forest& forest, const State& state, double h, double last_step,
+//
+// False: the rounds diverge, as coordinates turn too far within the step.
+bool find_rates(const Model& model, const Forest& forest, const State& state, double h, double last_step,
                 const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
-                int rounds, TreeStep& trees, std::vector<double>& rates) {
+                TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
+  const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < trees::most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
+    subtract_stiffness(forest, rates, trees, trees.impulse);
     project(forest, trees.impulse, trees);
     for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(trees, k, rates[k], h, last_step) + (pushed.empty() ? 0.0 : pushed[k]);
+      trees.along[k] += drive_impulse(trees, k, rates[k], h, last_step) + pushed[k];
     trees.constrained->linkage->solve(trees.along.data());
-    double change = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      rates[k] += trees.along[k];
-      change = std::max(change, std::abs(trees.along[k]));
-      trees.fastest = std::max(trees.fastest, std::abs(rates[k]));
-    }
-    // It ends at rounding, too: below it changes no longer fall.
-    if (!(change > trees::rate_precision * trees.fastest && change < 0.5 * last)) break;
+    for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
+    const double change = largest(trees.along);
+    if (change <= trees::rate_precision * fastest) return true;
+    // At rounding changes no longer fall.
+    if (!(change < last)) return change <= trees::most_left * fastest;
+    // Changes fall by a factor per round, so that the next one is known: change^2 / last.
+    if (round > 0 && change * change <= trees::rate_precision * fastest * last) return true;
     last = change;
   }
+  return last <= trees::most_left * fastest;
 }
 
 }  // namespace
 
-// The momenta of bodies that move with the rates `before`, at one instant.
-static void make_first_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                               TreeStep& trees) {
-  trees.velocities = start;
-  write_velocities(forest, frames, trees.before, trees, trees.velocities);
+// Impulses of loads on each body over the kick, about the reference. The momenta before the step are added to
+// them when the impulses of rows are foreseen, so that the search for contacts does without.
+static void supply_loads(const Model& model, const Forest& forest, double kick,
+                         const std::vector<BodyImpulse>& loads, TreeStep& trees) {
   trees.supply.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-    trees.supply[i] = momentum_of(trees.inertias[i], trees.flow[i]);
-}
-
-// The momenta before the step are those of the displacement that led here, over the step before. Without a
-// step before they are those of the rates, which are then of this instant.
-void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                               double last, const BodyFrames& frames, const BodyVelocities& start,
-                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
-  read_rates(forest, trees, frames, start, trees.before);
-  const double kick = 0.5 * (last + h);
-  if (last > 0)
-    make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.supply);
-  else
-    make_first_momenta(forest, frames, start, trees);
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
     const Vec3 push = kick * weight + loads[body].force;
     const Vec3& turn = loads[body].torque;
-    trees.supply[i] += {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
+    trees.supply[i] = {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
+}
+
+// The velocity terms of the equations of motion by the recursive Newton-Euler equations (Featherstone 2008,
+// ch. 5.3). An axis moves with the body that carries it. With the flow v before a column s it changes by v x
+// s. At constant rates that is the acceleration q' v x s of the bodies beyond it. The force on a body is the
+// change of its momentum,
+//
+//   f = I a + v x* (I v),   v x* (p, L) = (omega x p, omega x L + v_O x p).
+//
+// A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
+//
+// trees.impulse: minus those that the bodies need over the kick to keep their rates.
+static void subtract_velocity_terms(const Forest& forest, const BodyFrames& frames,
+                                    const BodyVelocities& start, double kick, TreeStep& trees) {
+  trees.impulse.resize(forest.bodies.size());
+  const auto straight = [&](Index body) {
+    return body < 0 ? Flow{} : Flow{-cross(start[body].angular, start[body].linear), {}};
+  };
+  trees.flow.resize(forest.bodies.size());
+  trees.bias.resize(forest.bodies.size());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const TreeBody& b = forest.bodies[i];
+    const Vec3& reference = trees.places[i].reference;
+    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
+    Flow v = above >= 0 ? trees.flow[above] : flow_of(frames, start, b.parent, reference);
+    Flow a = above >= 0 ? trees.bias[above] : straight(b.parent);
+    if (b.joint < 0) {
+      v = flow_of(frames, start, b.body, reference);
+      a = straight(b.body);
+    }
+    for (std::size_t c = 0; b.joint >= 0 && c < b.count; ++c) {
+      // From the parent to the body: the first dof is next to body B of the joint.
+      const std::size_t k = b.first + (b.reversed ? b.count - 1 - c : c);
+      const Flow s = trees.before[k] * trees.columns[k];
+      a += {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
+      v += s;
+    }
+    trees.flow[i] = v;
+    trees.bias[i] = a;
+    const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
+    const Flow change{needed.linear + cross(v.angular, p.linear),
+                      needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
+    trees.impulse[i] = (-kick) * change;
+  }
+}
+
+// Velocity terms move energy between coordinates. Explicit ones create energy if these turn by radians within
+// a step. Their share s is the largest at which the energy of the rates does not rise in this pose:
+//
+//   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -K c(q, q'),   d = M^-1 p.
+static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                                 double kick, TreeStep& trees) {
+  const std::size_t n = forest.parent.size();
+  subtract_velocity_terms(forest, frames, start, kick, trees);
+  project(forest, trees.impulse, trees);
+  std::vector<double>& change = trees.mean;
+  change = trees.along;
+  trees.constrained->linkage->solve(change.data());
+  double along = 0, square = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    along += trees.before[k] * trees.along[k];
+    square += change[k] * trees.along[k];
+  }
+  const double share = along < 0 ? std::min(1.0, -2 * along / square) : 0.0;
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] -= (1 - share) * change[k];
+}
+
+// One round with the velocity terms at the start of the step is of first order, which is enough to search for
+// contacts. It costs a third of a round with momenta over displacements.
+void make_free_tree_velocities(const Model& model, const Forest& forest, double h, double last,
+                               const BodyFrames& frames, const BodyVelocities& start,
+                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
+  const double kick = 0.5 * (last + h);
+  read_rates(forest, trees, frames, start, trees.before);
+  supply_loads(model, forest, kick, loads, trees);
+  const std::size_t n = forest.parent.size();
+  trees.along.resize(n);
+  subtract_velocity_terms(forest, frames, start, kick, trees);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.impulse[i] += trees.supply[i];
+  trees.slow_supply = trees.impulse;
+  project(forest, trees.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h, last);
+  trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.before;
-  trees.fastest = 0;
-  for (const double rate : trees.before) trees.fastest = std::max(trees.fastest, std::abs(rate));
-  find_rates(model, forest, state, h, last, frames, start, {}, trees::first_rounds, trees, trees.free);
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.along[k];
+  trees.fastest = largest(trees.before);
+  if (is_fast(h * trees.fastest)) limit_velocity_terms(forest, frames, start, kick, trees);
   write_velocities(forest, frames, trees.free, trees, free);
+}
+
+// Joints do no work over two displacements in mean, if these are short: their forces are normal to the
+// motion in the pose between them. Coordinates that turn by radians within a step break this.
+static bool creates_energy(const Model& model, const Forest& forest, const State& state, double h,
+                           double last, const BodyFrames& frames, const BodyVelocities& start,
+                           TreeStep& trees) {
+  const double fastest = std::max(trees.fastest, largest(trees.free));
+  if (!is_fast(h * fastest)) return false;
+  make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+  double energy = 0, work = 0;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    energy += power(trees.momenta[i], trees.chord_before[i]) + power(trees.impulse[i], trees.chord[i]);
+    trees.impulse[i] = trees.impulse[i] - trees.supply[i];
+  }
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+    work += power(trees.impulse[i], trees.chord[i]) + power(trees.impulse[i], trees.chord_before[i]);
+  for (std::size_t k = 0; k < trees.free.size(); ++k)
+    work -= (drive_impulse(trees, k, trees.free[k], h, last) + trees.pushed[k]) *
+            (trees.free[k] + trees.before[k]);
+  return !(work <= trees::most_left * energy);
+}
+
+// A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies
+// whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
+// are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
+static void project_momenta(const Model& model, const Forest& forest, const State& state, double h,
+                            double last, const BodyFrames& frames, const BodyVelocities& start,
+                            TreeStep& trees) {
+  const std::size_t n = forest.parent.size();
+  trees.impulse = trees.supply;
+  project(forest, trees.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, 0, h, last);
+  trees.constrained->linkage->solve(trees.along.data());
+  trees.free = trees.along;
+  for (int round = 0; round < trees::most_rounds; ++round) {
+    make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+    double had = 0, has = 0, work = 0;
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+      had += 0.5 * power(trees.momenta[i], trees.chord_before[i]);
+      has += 0.5 * power(trees.impulse[i], trees.chord[i]);
+      work += power(trees.loads[i], trees.chord[i]);
+    }
+    if (!(has > had + std::max(0.0, work))) break;
+    const double share = std::sqrt((had + std::max(0.0, work)) / has);
+    for (double& rate : trees.free) rate *= share;
+  }
 }
 
 // With impulses P along the coordinates the momenta are those of the rates r that solve (40) with P. The
 // solve of the step adds M^-1 P by itself: free rates are r - M^-1 P. If the step then finds the foreseen
 // impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
 // the impulses.
+//
+// The momenta before the step are those of the displacement that led here, over the step before. Without a
+// step before they are those of the rates, which are then of this instant.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              double last, const BodyFrames& frames, const BodyVelocities& start,
                              std::span<const double> w, TreeStep& trees, BodyVelocities& free) {
@@ -230,10 +300,31 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     trees.caused = trees.pushed;
     linkage.solve(trees.caused.data());
   }
+  trees.first = trees.free;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  find_rates(model, forest, state, h, last, frames, start, trees.pushed, trees::most_rounds, trees,
-             trees.free);
-  for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
+  trees.slow = is_slow(h * std::max(trees.fastest, largest(trees.free)));
+  if (trees.slow) {
+    make_slow_momenta(forest, frames, start, trees.before, trees, trees.supply);
+    for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.slow_supply[i];
+    trees.free = trees.first;
+    return;
+  }
+  if (last > 0) {
+    make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.momenta);
+    trees.chord_before = trees.chord;
+  } else {
+    make_slow_momenta(forest, frames, start, trees.before, trees, trees.momenta);
+    trees.chord_before = trees.flow;
+  }
+  trees.loads = trees.supply;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
+  const bool found =
+      find_rates(model, forest, state, h, last, frames, start, trees.pushed, trees, trees.free);
+  if (found && !creates_energy(model, forest, state, h, last, frames, start, trees)) {
+    for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
+  } else {
+    project_momenta(model, forest, state, h, last, frames, start, trees);
+  }
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
@@ -264,6 +355,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   }
   place_all(model, forest, state, trees);
   write_poses(forest, trees, state);
+  note_placed(forest, state, trees);
   BodyFrames& moved = trees.frames;
   moved.resize(model.bodies());
   BodyVelocities& after = trees.velocities;

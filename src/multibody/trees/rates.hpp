@@ -14,8 +14,8 @@ void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& f
 
 // Velocities of the bodies of trees after a step of length h without impulses, nearly: for the search for
 // contacts. `last`: length of the step before, 0 for none; `loads`: impulses.
-void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                               double last, const BodyFrames& frames, const BodyVelocities& start,
+void make_free_tree_velocities(const Model& model, const Forest& forest, double h, double last,
+                               const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free);
 
 // The same to rounding, if impulses w (six numbers per body of the model; empty: none) will act. M^-1 J'w is
@@ -23,13 +23,6 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, const S
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
                              double last, const BodyFrames& frames, const BodyVelocities& start,
                              std::span<const double> w, TreeStep& trees, BodyVelocities& free);
-
-// The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
-// h; h < 0: while they came. It belongs to the displacement of the centre of mass and to the rotation over h.
-// The inertia is that in the middle, R I R' with R half of the rotation.
-void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
-                  std::vector<Flow>& momenta);
 
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and there the middle
 // velocities for `rates_then`. Bodies outside of trees have moved already, with the velocities v.

@@ -2,7 +2,7 @@
 // carries the change of momentum of all bodies beyond it less the other impulses on them.
 #include "multibody/trees/reactions.hpp"
 
-#include "multibody/trees/rates.hpp"
+#include "multibody/trees/momenta.hpp"
 
 namespace amontons {
 
@@ -63,7 +63,10 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
 void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
                           const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
                           double h, TreeStep& trees, State& state) {
-  make_momenta(model, forest, state, frames, start, trees.after, h, trees, trees.impulse);
+  if (trees.slow)
+    make_slow_momenta(forest, frames, start, trees.after, trees, trees.impulse);
+  else
+    make_momenta(model, forest, state, frames, start, trees.after, h, trees, trees.impulse);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     trees.impulse[i].linear -= trees.supply[i].linear;
     trees.impulse[i].angular -= trees.supply[i].angular;

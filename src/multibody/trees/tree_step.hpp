@@ -63,15 +63,24 @@ struct TreeStep {
   std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
   std::vector<Quat> turns;            // per coordinate: rotation of a hinge
   std::vector<TreeDrive> drives;      // per coordinate
-  std::vector<double> before, free;   // rates at the start, and at the end without impulses
-  std::vector<double> after;          // rates at the end
-  double fastest = 0;                 // largest of all rates without impulses
+  // Per body of the model: inertia that stands for the stiffness of light links; empty: none needs it.
+  std::vector<Mat3> stiffness;
+  std::vector<double> before, free;  // rates at the start, and at the end without impulses
+  std::vector<double> after;         // rates at the end
+  double fastest = 0;                // largest of the rates at the start
+  bool slow = false;                 // momenta are those of velocities, with velocity terms at the start
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
+  // The state for which `places` hold; empty: unknown.
+  struct {
+    std::vector<Vec3> positions;
+    std::vector<Quat> orientations;
+    std::vector<double> coordinates;
+  } placed;
   // Memory: linkages that problems may still hold; scratch.
   std::vector<std::shared_ptr<ConstrainedBodies>> pool;
   std::vector<TreeInertia> carried;
-  std::vector<double> along, mean, wrenches, pushed, caused;
-  std::vector<Flow> flow, supply, impulse;
+  std::vector<double> along, mean, wrenches, pushed, caused, first;
+  std::vector<Flow> flow, bias, supply, slow_supply, impulse, loads, momenta, chord, chord_before;
   std::vector<Transform> moved;
   BodyFrames frames;
   BodyVelocities velocities;

@@ -37,7 +37,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   });
   result_ = {false, INFINITY, 0, 0};
   work_ = paid_ = 0;
-  most_work_ = direct::most_island_work + 2 * m * m * m;
+  most_work_ = direct::most_island_work + 2 * static_cast<std::uint64_t>(m) * m * m;
 }
 
 // u = W x + q. An island with more rows than coordinates has W in factors, and nothing else differs here.
@@ -165,10 +165,10 @@ bool IslandSolver::newton_step(double sigma) {
 // Follows the central curve. No search for faces on the way: nearly all Newton steps fail as long as faces
 // change, and cost more than further steps along the curve.
 void IslandSolver::follow_curve() {
-  const std::size_t m = x_.size();
+  const std::uint64_t m = x_.size();
   // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
   // over rows.
-  const std::size_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
+  const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
   const double left_to_all = std::max(0.0, budget_->work_left()) * multiplications_in_unit;
   if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
     return;

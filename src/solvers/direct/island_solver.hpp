@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "amontons/base/budget.hpp"
@@ -67,8 +68,8 @@ class IslandSolver {
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;
   // Multiplications: of this solve; the charged part of these; not yet charged from earlier solves; the
-  // limit.
-  std::size_t work_ = 0, paid_ = 0, unpaid_ = 0, most_work_ = 0;
+  // limit. They exceed 32 bits, which std::size_t has in WebAssembly.
+  std::uint64_t work_ = 0, paid_ = 0, unpaid_ = 0, most_work_ = 0;
   bool ended_ = false;  // no work or time is left, or the user interrupts
   Result result_{};
 };

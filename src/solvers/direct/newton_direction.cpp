@@ -15,7 +15,7 @@ bool NewtonDirection::solve(const Reduction::Island& island, Law law, const std:
   if (!island.thin.empty()) return solve_by_rates(island.thin, sigma, dx);
   take_bounds(island, dx);
   const std::size_t rows = rhs_.size(), stride = factor_stride(rows);
-  work_ = rows * rows * (rows + 9) / 3;
+  work_ = std::uint64_t{rows} * rows * (rows + 9) / 3;
   if (rows == 0) return true;
   fill(island, sigma);
   pivots_.resize(rows);
@@ -188,7 +188,7 @@ bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vec
   }
   const std::size_t active = rows_.size();
   for (std::size_t i = 0; i < active; ++i) dx[rows_[i]] = r_[i];
-  work_ = active * n * n + n * n * n / 3;
+  work_ = std::uint64_t{active} * n * n + std::uint64_t{n} * n * n / 3;
   if (active == 0) return true;
   z_.assign(stride, 0.0);
   W.gather(dx, z_.data());
@@ -201,7 +201,7 @@ bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vec
     for (std::size_t i = 0; i < n; ++i)
       AMONTONS_DISPATCH(add_product, &du_[stride * i], &W.Q[stride * i], J_.data(), n, stride);
     J_.swap(du_);
-    work_ += n * n * n;
+    work_ += std::uint64_t{n} * n * n;
   }
   for (std::size_t i = 0; i < n; ++i) J_[(stride + 1) * i] += 1;
   pivots_.resize(n);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "solvers/direct/reduction.hpp"
@@ -26,7 +27,7 @@ class NewtonDirection {
   bool solve(const Reduction::Island& island, Law law, const std::vector<double>& p, double sigma,
              const std::vector<double>& x, const std::vector<double>& u, std::vector<double>& dx);
   // Multiplications of the last solve.
-  std::size_t work() const { return work_; }
+  std::uint64_t work() const { return work_; }
 
  private:
   struct Linear {
@@ -56,7 +57,7 @@ class NewtonDirection {
   // By rates: per active row its number in W and its r; the rows S Y; six rows of Y; z.
   std::vector<std::size_t> rows_;
   std::vector<double> r_, T_, six_, z_, S_;
-  std::size_t work_ = 0;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace amontons

@@ -214,7 +214,9 @@ void TreeReduction::fill_dense(const Problem& problem, Held& held, Reduction::Is
   island.thin.n = 0;
   A_.assign(m * m, 0.0);
   stride_ = (m + lanes - 1) / lanes * lanes;
-  Y_.assign(range_.size() * stride_ + group * stride_ + lanes, 0.0);
+  // Rows of Y that the island does not reach are not read: an island of many trees would clear those of all.
+  Y_.resize(range_.size() * stride_ + group * stride_ + lanes);
+  for (const std::size_t k : used_) std::fill_n(&Y_[k * stride_], stride_, 0.0);
   std::size_t present = 0;
   visit_rows(
       problem, first, last,

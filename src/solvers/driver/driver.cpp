@@ -69,10 +69,11 @@ std::optional<Status> Monitor::observe(double residual, double objective, double
 
 // P is the mean diagonal of the blocks of A, so <d, A d> / <d, P d> is the curvature relative to that of the
 // axes. The rounding of a product turns zero curvature into about -1e-12 at worst; -1e-5 is far beyond that.
+// Sums that overflow say nothing about A: an iterate that is no longer finite ends its method as stalled.
 void require_curvature(double dAd, double dPd) {
-  AMONTONS_REQUIRE(dAd >= -1e-5 * dPd, "A is not positive semidefinite: <d, A d> = " + std::to_string(dAd) +
-                                           " along a direction with <d, P d> = " + std::to_string(dPd) +
-                                           "; check the signs of its rows");
+  AMONTONS_REQUIRE(!(dAd < -1e-5 * dPd), "A is not positive semidefinite: <d, A d> = " + std::to_string(dAd) +
+                                             " along a direction with <d, P d> = " + std::to_string(dPd) +
+                                             "; check the signs of its rows");
 }
 
 // Not fused with the natural map: the callers do other work per iteration that costs more.

@@ -67,7 +67,7 @@ class Apgd {
       const double dAd = iterate_.curvature();
       ++monitor_.products;
       require_curvature(dAd, d.dPd);
-      if (dAd <= L_ * d.dPd || !(d.dPd > 0)) break;
+      if (!(dAd > L_ * d.dPd) || !(d.dPd > 0)) break;
       L_ = std::max(2 * L_, dAd / d.dPd);
     }
     // 3. The sums of the direction give the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P

@@ -20,8 +20,10 @@ using Place = Eigen::Index;
 
 // Pivots below this share of the largest are zero: M has no units.
 constexpr double rank_threshold = 1e-10;
-// Corrections of a nearby solution: the error after k of them is the change to the power k + 1.
+// Corrections of a nearby solution: the error after k of them is the change to the power k + 1. One that
+// moves no velocity by more than `settled` of the fastest is the last: the next would be rounding.
 constexpr int corrections = 6;
+constexpr double settled = 1e-12;
 // A direction in which impulses are not determined moves no body if velocities along it are this small.
 constexpr double no_motion = 1e-7, rounding = 1e-10;
 // A nearby problem has alike rows: 1 / mass and velocities differ by less than this share.
@@ -108,6 +110,7 @@ HeldFaces::HeldFaces(const Problem& problem, Law law, std::vector<double> x)
     add_saxce_term(set, law_, &u_[row], g);
     for (int k = 0; k < S::dim; ++k) trial_[row + k] = x_[row + k] - g[k] / P_[block];
   });
+  for (const double velocity : b_) fastest_ = std::max(fastest_, std::abs(velocity));
   find_margin(problem);
   if (!x_.empty()) form(problem);
 }
@@ -179,19 +182,22 @@ void HeldFaces::form(const Problem& problem) {
 // Kinds and numbers of blocks must be the same. Points of a manifold may be found in another order. This
 // shows in the mass or in the velocity of a row. An order without such a difference needs no attention: rows
 // of one mass and velocity are alike.
-bool HeldFaces::is_like(const Problem& problem) const {
-  if (problem.rows() != x_.size() || problem.K.blocks() != K_.blocks()) return false;
-  if (problem.K.runs().size() != K_.runs().size()) return false;
+double HeldFaces::distance(const Problem& problem) const {
+  constexpr double unlike = std::numeric_limits<double>::infinity();
+  if (problem.rows() != x_.size() || problem.K.blocks() != K_.blocks()) return unlike;
+  if (problem.K.runs().size() != K_.runs().size()) return unlike;
   for (std::size_t k = 0; k < K_.runs().size(); ++k)
     if (problem.K.runs()[k].kind != K_.runs()[k].kind || problem.K.runs()[k].count != K_.runs()[k].count)
-      return false;
-  double fastest = 0;
-  for (const double b : b_) fastest = std::max(fastest, std::abs(b));
+      return unlike;
   for (std::size_t k = 0; k < P_.size(); ++k)
-    if (std::abs(problem.P[k] - P_[k]) > alike * P_[k]) return false;
-  for (std::size_t i = 0; i < b_.size(); ++i)
-    if (!(std::abs(problem.b[i] - b_[i]) <= alike * (fastest + 1e-3))) return false;
-  return true;
+    if (std::abs(problem.P[k] - P_[k]) > alike * P_[k]) return unlike;
+  double largest = 0;
+  for (std::size_t i = 0; i < b_.size(); ++i) {
+    const double apart = std::abs(problem.b[i] - b_[i]);
+    if (!(apart <= alike * (fastest_ + 1e-3))) return unlike;
+    largest = std::max(largest, apart);
+  }
+  return largest;
 }
 
 // On the curved part of a set, where a contact slides, Pi and saxce are those of the nearby problem at x. The
@@ -231,8 +237,7 @@ void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std:
 
 // Newton's method with the derivative of this solution. Only products with A of the nearby problem are
 // needed, so that a nearby step costs little more than to pose its problem.
-std::optional<HeldFaces::Nearby> HeldFaces::solve(const Problem& problem) const {
-  if (!is_like(problem)) return std::nullopt;
+HeldFaces::Nearby HeldFaces::solve(const Problem& problem) const {
   Nearby found{x_, 0};
   if (x_.empty()) return found;
   const auto n = static_cast<Place>(x_.size());
@@ -241,13 +246,20 @@ std::optional<HeldFaces::Nearby> HeldFaces::solve(const Problem& problem) const 
     held_map(problem, found.x, u, F);
     const Eigen::VectorXd change = factor_->of.solve(Eigen::Map<const Eigen::VectorXd>(F.data(), n));
     for (std::size_t i = 0; i < F.size(); ++i) found.x[i] -= change[static_cast<Place>(i)];
+    if (largest_velocity(change.data()) <= settled * fastest_) break;
   }
   held_map(problem, found.x, u, F);
-  for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-    for (int k = 0; k < S::dim; ++k)
-      found.residual = std::max(found.residual, P_[block] * std::abs(F[row + k]));
-  });
+  found.residual = largest_velocity(F.data());
   return found;
+}
+
+double HeldFaces::largest_velocity(const double* impulses) const {
+  double largest = 0;
+  for_each_block(K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    for (int k = 0; k < S::dim; ++k)
+      largest = std::max(largest, P_[block] * std::abs(impulses[row + static_cast<std::size_t>(k)]));
+  });
+  return largest;
 }
 
 }  // namespace amontons

@@ -234,10 +234,13 @@ WRONG = [
         r':2: <mesh>: the file ".*none.stl" does not exist',
     ),
     ([link("base", '<inertial><mass value="-2"/></inertial>')], r':2: <mass>: value="-2" is negative'),
-    ([link("base"), joint("j", "revolute", "base", "none")], r':3: <joint name="j">: .*missing'),
+    (
+        [link("base"), joint("j", "revolute", "base", "none")],
+        r':3: <joint name="j">: there is no link "none"',
+    ),
     ([link("base"), link("a"), joint("j", "bogus", "base", "a")], r':4: <joint name="j">: .*type'),
     ([link("base"), link("a", ""), joint("j", "continuous", "base", "a")], r':3: <link name="a">: .*mass'),
-    ([link("base"), joint("j", "fixed", "base", "base")], "model.urdf"),
+    ([link("base"), joint("j", "fixed", "base", "base")], "base -> base; one link must have"),
     (["<link>"], r":3: malformed XML: mismatched tag; the element open there is <link>"),
 ]
 
@@ -410,3 +413,79 @@ def test_fixed_links_compose(tmp_path):
     frame = model.links[-1].frame
     assert frame.position == pytest.approx((1 + math.cos(0.5), math.sin(0.5), 0))
     assert frame.rotation == pytest.approx(multiply(turn, turn))
+
+
+# Breaks when a link called world that the file leaves out refuses the robot, or lets it fall. Drake takes it;
+# lines in messages stay those of the file.
+def test_world_without_a_link(tmp_path):
+    path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"))
+    model = load_model(path)
+    assert [body.motion for body in model.bodies] == ["fixed"]
+    path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"), "<joint/>")
+    with pytest.raises(FileError, match=r"model\.urdf:4: <joint>: it has no name"):
+        load_model(path)
+
+
+# Breaks when moments of no solid, of a link called world, refuse the file: they have no meaning.
+def test_mass_of_the_world(tmp_path):
+    inertia = '<inertia ixx="0.01" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
+    world = f'<link name="world"><inertial><mass value="0.01"/>{inertia}</inertial></link>'
+    model = load_model(write(tmp_path, world, link("base"), joint("j", "continuous", "world", "base")))
+    assert [body.motion for body in model.bodies] == ["dynamic"]
+
+
+def crossed(tmp_path, between):
+    """Two hinges and a slide in a row, with turned and moved axes, to a bob; a gear to a wheel."""
+    place = '<origin xyz="0.1 0.2 -0.1" rpy="0.3 -0.4 0.5"/><axis xyz="0 0.6 0.8"/>'
+    far = '<origin xyz="0.05 0 0.3" rpy="0 0.7 0"/><axis xyz="1 0 0"/>'
+    out = '<origin xyz="0 0.1 0" rpy="1 0 0"/><axis xyz="0 1 0"/><limit lower="-1" upper="1"/>'
+    return write(
+        tmp_path,
+        '<link name="world"/>',
+        *(f'<link name="{name}">{between}</link>' for name in ("one", "two")),
+        link("bob"),
+        link("wheel"),
+        joint("a", "continuous", "world", "one", place),
+        joint("b", "continuous", "one", "two", far),
+        joint("c", "prismatic", "two", "bob", out),
+        joint("d", "continuous", "bob", "wheel", '<axis xyz="0 0 1"/><mimic joint="b" multiplier="2"/>'),
+    )
+
+
+# Breaks when massless links, of which joints with several parts are made, refuse the robot, or its axes move.
+# With 1e-7 kg in their place masses and forces are the same but for that.
+def test_links_without_mass_between_joints(tmp_path):
+    light = (
+        '<inertial><mass value="1e-7"/><inertia ixx="1e-7" iyy="1e-7" izz="1e-7" ixy="0" ixz="0" iyz="0"/>'
+    )
+    with pytest.warns(
+        ModelWarning, match='are no bodies, and the joints one with several parts: "one", "two"'
+    ):
+        model = load_model(crossed(tmp_path, ""))
+    assert model.body_names == ("bob", "wheel")
+    assert model.joint_names == ("a+b+c", "d")
+    assert list(model.coordinates) == ["a", "b", "c", "d"]
+    heavy = load_model(crossed(tmp_path, light + "</inertial>"))
+    found = []
+    for each in (model, heavy):
+        simulation = amontons.Simulation(each)
+        simulation.set_q({"a": 0.3, "b": -0.4, "c": 0.1})
+        simulation.set_qd({"a": 1.0, "b": 0.5, "c": -0.2})
+        bob = simulation.link("bob")
+        found.append((simulation.mass_matrix(), simulation.bias_forces(), bob["position"], simulation.q))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, atol=2e-6)
+
+
+# Breaks when a link without mass that holds two links, or none, is taken for a part of a joint.
+@pytest.mark.parametrize("ends", [(), ("x", "y")])
+def test_other_links_without_mass(tmp_path, ends):
+    path = write(
+        tmp_path,
+        link("base"),
+        '<link name="empty"/>',
+        joint("a", "continuous", "base", "empty"),
+        *(link(name) + joint(name, "continuous", "empty", name) for name in ends),
+    )
+    with pytest.raises(FileError, match='<link name="empty">: .*give it an <inertial>'):
+        load_model(path)

@@ -354,3 +354,41 @@ def test_refused(tmp_path):
     path = written(tmp_path, 'def Xform "nothing"\n{\n}\n')
     with pytest.raises(FileError, match="holds no physics"):
         load_model(path)
+
+
+# Breaks when a mesh that faces inwards, or is open, refuses a body that collides as its hull, or when the list
+# asks the stage after it is gone.
+@pytest.mark.parametrize("faces", ["0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2", "0, 2, 1, 0, 1, 3, 0, 3, 2"])
+def test_meshes_that_are_no_solid(tmp_path, faces):
+    count = len(faces.split(",")) // 3
+    mesh = (
+        "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]\n"
+        f"int[] faceVertexCounts = {[3] * count}\nint[] faceVertexIndices = [{faces}]"
+    )
+    shape = f'def Mesh "shape" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{{\n{mesh}\n}}'
+    path = written(tmp_path, body("part", more=shape))
+    with pytest.warns(UnsupportedWarning, match="shape: Mesh: the mesh is not closed, or faces inwards"):
+        model = load_model(path)
+    assert model.geoms[0].shape.volume() == pytest.approx(1 / 6)
+
+
+# Breaks when attributes that change nothing are listed: a velocity of zero of another name, a material that no
+# collider has, a drive between two fixed bodies, settings of the solver of a scene.
+def test_what_changes_nothing_is_not_listed(tmp_path):
+    content = (
+        body("ball", more="vector3f physics:linearVelocity = (0, 0, 0)\n" + BALL)
+        + 'def Material "spare" (prepend apiSchemas = ["PhysicsMaterialAPI"])\n{\n'
+        "float physics:dynamicFriction = 0.7\n}\n"
+        'def Material "rubber" (prepend apiSchemas = ["PhysicsMaterialAPI"])\n{\n'
+        "float physics:dynamicFriction = 0.7\n}\n"
+        'def Sphere "rock" (prepend apiSchemas = ["PhysicsCollisionAPI", "MaterialBindingAPI"])\n{\n'
+        "rel material:binding:physics = </World/rubber>\n}\n"
+        'def PhysicsRevoluteJoint "still" (prepend apiSchemas = ["PhysicsDriveAPI:angular"])\n{\n'
+        "rel physics:body1 = </World/rock>\nfloat drive:angular:physics:damping = 3\n}\n"
+        'def PhysicsScene "scene" (prepend apiSchemas = ["NewtonSceneAPI"])\n{\n'
+        "int newton:maxSolverIterations = 9\n}\n"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = load_model(written(tmp_path, content))
+    assert [str(entry) for entry in model.unread if entry.changes_motion] == []

@@ -45,9 +45,10 @@ def test_fixed_bodies_are_links(tmp_path):
         (0, -1, 4), (0, 0, 2), (0, 1, 0), (1, -1, 3)
     ]  # fmt: skip
     assert [body.mass for body in model.bodies] == pytest.approx([16, 4])
+    assert Simulation(replace(model, trees="none")).step().joint_rows == 10  # two hinges
     sim = Simulation(model)
     report = sim.step()
-    assert report.joint_rows == 10  # two hinges
+    assert report.joint_rows == 0  # of a tree
     sim.q, sim.qd = (0.7, 0.4), (2.0, -3.0)
     d = mujoco.MjData(m)
     d.qpos[:], d.qvel[:] = sim.q, sim.qd
@@ -159,7 +160,7 @@ def test_a_part_with_gravity_of_its_own_stays_a_body(tmp_path):
 def test_links_compose(tmp_path):
     crane, _ = load(tmp_path, CRANE, tail=SENSORS)
     assert model_from_json(model_to_json(crane)) == crane
-    builder = ModelBuilder(friction_rule=crane.friction_rule)
+    builder = ModelBuilder(friction_rule=crane.friction_rule, trees=crane.trees)
     builder.add_model(crane)
     assert builder.build() == crane
     builder.add_model(crane, prefix="b/", parent="lamp", position=(0, 0, 1))

@@ -42,6 +42,17 @@ def rolling_ball():
     return builder.build(), 3, {}, {}
 
 
+def bouncing_cube():
+    """A cube that strikes with a corner, slips and bounces: an impact is a problem of its own in its step."""
+    law, turn = Material(friction=0.3, restitution=0.5), np.array((0.9, 0.3, 0.2, 0.1))
+    builder = ModelBuilder()
+    builder.add_floor(material=law)
+    builder.add_body("cube", shape=shapes.Box((0.05,) * 3), mass=0.37, position=(0, 0, 0.12),
+                     orientation=turn / np.linalg.norm(turn), linear_velocity=(1, 0.2, -1),
+                     angular_velocity=(3, 2, 1), material=law)  # fmt: skip
+    return builder.build(), 7, {}, {}
+
+
 def arm():
     """Hinges with spring, damper, armature, dry friction that slides, a servo and a motor, at a limit."""
     builder = ModelBuilder()
@@ -121,6 +132,7 @@ def central(model, sim, options, change=None, control=None, inputs="controls"):
 MODELS = {
     "slip": sliding_box,
     "stick": rolling_ball,
+    "bounce": bouncing_cube,
     "rows of joints": arm,
     "closed loop": loop,
     "rope that slips": rope,
@@ -174,6 +186,7 @@ def started(name, trees="none"):
 PARAMETERS = {
     "slip": ("friction:*", "mass:box"),
     "stick": ("mass:ball",),
+    "bounce": ("friction:*", "restitution:*"),
     "rows of joints": ("damping:shoulder", "armature:shoulder", "mass:lower", "gain:servo"),
     "closed loop": ("damping:crank_pin", "mass:rod"),
 }
@@ -276,16 +289,19 @@ def test_where_there_is_none():
     assert border.margin < 1e-4
 
 
-# Breaks when play that is closed passes for smooth: a step opens it and closes no overlap, as a limit.
-def test_a_journal_in_its_bearing_is_named():
+# Breaks when play that is closed is no face: a shaft that rests in its bearing swings as a pendulum of the
+# length of the play, x'' = -g x / play, and the normal is that where the shaft would be after the step.
+def test_a_journal_in_its_bearing():
     builder = ModelBuilder(gravity=(0, -9.81, 0))
     builder.add_body("shaft", mass=2, inertia=(0.01,) * 3)
     builder.add_revolute_joint("shaft", point=(0, 0, 0), axis=(0, 0, 1), play=1e-3, name="pin")
     sim = Simulation(builder.build(), dt=2e-3)
     sim.run(0.2)
     found = sim.derivative()
-    assert not found.differentiable
-    assert found.reason
+    assert found.differentiable, found.reason
+    stiffness = 2e-3 * 9.81 / 1e-3
+    np.testing.assert_allclose(found.A[3, [0, 3]], [-stiffness, 1 - 2e-3 * stiffness], rtol=1e-6)
+    np.testing.assert_allclose(found.A[4, [1, 4]], [-1 / 2e-3, 0], atol=1e-4)  # what is closed stays closed
 
 
 # Breaks when a friction that remembers the slip of the last step passes for a function of q and qd.
@@ -340,6 +356,27 @@ def test_regulator_of_a_standing_robot(root):
     sim.state.forces = 0
     sim.run(3.0, before_step=regulate)
     assert np.abs(difference(model, stance, sim.q)).max() < 1e-4
+
+
+# Breaks when a limit that acts is no face: weight presses a bar against it. A change of q by 1e-6, which the
+# limit allows, is back at the limit after a step, at the rate -1e-6 / dt; a rate of 1 is stopped.
+@pytest.mark.parametrize("trees", ["none", "auto"])
+def test_a_joint_that_rests_at_its_limit(trees):
+    def bar(lower):
+        builder = ModelBuilder()
+        builder.add_body("bar", shape=shapes.Capsule(0.03, 0.2), mass=1.0, position=(0.2, 0, 0))
+        builder.add_revolute_joint("bar", axis=(0, -1, 0), point=(0, 0, 0), name="hinge", limits=(lower, 1.0))
+        return Simulation(replace(builder.build(), trees=trees), dt=2e-3, tolerance=1e-12)
+
+    sim, free = bar(-0.1), bar(-1.0)
+    sim.run(0.5)
+    free.q = sim.q
+    free.step()
+    found = sim.derivative()
+    assert found.differentiable, found.reason
+    if trees == "auto":  # the border is where the limit no longer presses: at the rate of the bar without it
+        assert found.margin == pytest.approx(sim.model.length * -free.qd[0], rel=1e-6)
+    np.testing.assert_allclose(found.A, [[0, 0], [-1 / 2e-3, 0]], atol=1e-4)
 
 
 # Breaks when a slip is taken or the message does not name it.

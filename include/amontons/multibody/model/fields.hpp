@@ -12,6 +12,9 @@ struct Field {
   const char* name;
   Value Owner::* member;
 };
+// Compilers before 2023 deduce no arguments of aggregates.
+template <class Owner, class Value>
+Field(const char*, Value Owner::*) -> Field<Owner, Value>;
 
 // fields<T> is a tuple of the Field of T, for every T below.
 template <class T>
@@ -154,6 +157,8 @@ struct Named {
   const char* name;
   E value;
 };
+template <class Value>
+Named(const char*, Value) -> Named<Value>;
 template <class E>
 inline constexpr auto values_of = 0;
 

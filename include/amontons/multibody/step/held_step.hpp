@@ -13,14 +13,18 @@ class HeldStep {
   // InputError before the first step.
   explicit HeldStep(const Simulation& simulation);
 
-  // The options of simulations that make the step held, of this model or of a variant.
-  SimulationOptions options(SimulationOptions given) const;
+  // The options of simulations that make the step held, of this model or of a variant. reach: the largest
+  // change of positions (of Model::length, > 0), up to which contacts and limits that rest stay closed.
+  SimulationOptions options(SimulationOptions given, double reach) const;
 
-  // See HeldFaces.
+  // Ends the search for faces. Until then the steps with these options add the faces of problems that the
+  // last one was not, as those of impacts. One step from the state before the last one finds all.
+  void close();
+
+  // See HeldFaces; of all problems of the step.
   double margin() const;
   bool determines_velocities() const;
-  std::size_t rows() const;
-  // Solves, of all steps so far, whose rows were not those of the last step: they were not held.
+  // Solves since close() whose rows were those of no problem of the step: they were not held.
   std::size_t others() const;
   // The largest error of the held equations in all steps so far (m/s).
   double residual() const;

@@ -24,8 +24,9 @@ struct SimulationOptions {
   std::string method = "auto";
   // If it is not empty it replaces the method; reports then use the method's name for it.
   StepMethod own_method = {};
-  // The step of HeldStep: the x of own_method is the solution, whatever its residual.
-  bool held = false;
+  // The step of HeldStep: the x of own_method is the solution, whatever its residual, and overlaps up to this
+  // (of Model::length) are closed at once. 0: no such step.
+  double held = 0;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
   double budget = infinity;        // s of wall clock per step; results then depend on the machine

@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,29 +32,33 @@ class HeldFaces {
     std::vector<double> x;
     double residual = 0;  // largest error of the held equations (m/s)
   };
-  // The solution of a nearby problem; none if its rows are not those of this one.
-  std::optional<Nearby> solve(const Problem& problem) const;
+  // How far another problem is from this one: the largest difference of b (m/s), infinite if its rows are not
+  // those of this one.
+  double distance(const Problem& problem) const;
+  // The solution of a problem at a finite distance.
+  Nearby solve(const Problem& problem) const;
 
   // The least change of a velocity of a row (m/s) with which a block may reach another face.
   double margin() const { return margin_; }
   // Whether the velocities after the step follow from the faces, although impulses may not (a table on four
   // legs).
   bool determines_velocities() const { return determined_; }
-  std::size_t rows() const { return x_.size(); }
 
  private:
   struct Factor;
   void form(const Problem& problem);
   void find_margin(const Problem& problem);
-  bool is_like(const Problem& problem) const;
   // F(x), of which a held solution is a zero, and the velocity u of x.
   void held_map(const Problem& problem, std::span<const double> x, std::vector<double>& u,
                 std::vector<double>& F) const;
+  // The largest of impulses as velocities of their own rows, P x (m/s).
+  double largest_velocity(const double* impulses) const;
 
   Law law_;
   SetProduct K_;
   std::vector<double> x_, u_, trial_, P_, b_;
   std::unique_ptr<Factor> factor_;  // of F'(x)
+  double fastest_ = 0;              // of b (m/s)
   double margin_ = 0;
   bool determined_ = true;
 };

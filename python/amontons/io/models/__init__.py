@@ -24,6 +24,7 @@ from .joints import read_joints
 from .json_file import read_model_json
 from .keyframes import read_keyframes
 from .loops import read_loops
+from .massless import without_massless
 from .motors import checked_motor, with_motors
 from .overlaps import without_overlaps
 from .scan import scan
@@ -32,6 +33,7 @@ from .sensors import read_sensors
 from .sites import read_sites
 from .size import Budget
 from .tendons import read_tendons
+from .urdf_tree import add_world, lacks_world, require_tree, with_world
 from .usd import read_usd
 from .visuals import read_visuals
 from .writing import Lost as Lost
@@ -177,6 +179,12 @@ def _compiled_text(path: Path, floating_base: bool | None, limits: Limits, named
     for element, what in faults:
         issues.add(element, what, "none")
     scan(root, issues, named.parent, limits)
+    if root.tag == "robot":
+        text = with_world(path.read_text(encoding="utf-8", errors="replace")) if lacks_world(root) else ""
+        if text:
+            add_world(root)
+        require_tree(root)
+        return compile_file(path, root, issues, floating_base, limits, text)
     return compile_file(path, root, issues, floating_base, limits)
 
 
@@ -191,6 +199,7 @@ def _model(
             sources = [sources[k] for k in former]
             model = replace(model, unread=compiled.issues.unread())
         model = without_overlaps(compiled, sources, model, all_too=not self_overlaps)
+        model = without_massless(model, compiled.massless)
     except FileError:
         raise
     except InputError as error:
@@ -245,5 +254,6 @@ def _read(compiled: Compiled, loops: Path | None) -> tuple[Model, Geoms]:
         fluid=Fluid(*map(float, (m.opt.density, m.opt.viscosity)), tuple(m.opt.wind.tolist())),
         fluid_boxes=tuple(boxes),
         unread=compiled.issues.unread(),
+        trees="auto",
     )
     return model, geoms

@@ -63,7 +63,7 @@ def read_bodies(compiled: Compiled) -> Bodies:
                     "gravcomp unlike that of the body without mass that it is part of; the mean counts",
                 )
     names = unique_names(compiled, "body", m.nbody)
-    moving = [i for i in range(1, m.nbody) if m.body_weldid[i] != 0]
+    moving = [i for i in range(1, m.nbody) if m.body_weldid[i] != 0 and names[i] not in compiled.massless]
     judge_masses(compiled.root, {names[i]: float(m.body_mass[i]) for i in moving}, compiled.issues)
     bodies, index = [], {0: WORLD}
     for i in range(1, m.nbody):

@@ -21,6 +21,7 @@ from ...model.transforms import Transform
 from .elements import Element
 from .issues import Issues
 from .urdf import prepare
+from .urdf_tree import macro
 from .waiting import interruptible
 
 ADVICE = {
@@ -31,6 +32,16 @@ ADVICE = {
         "no solid has these moments of inertia (each is at most the sum of the other two)"
     ),
     "mesh volume is too small": 'no volume to take the mass from; give the mesh inertia="shell" or a mass',
+    "no decoder found": "meshes are .stl, .obj or .msh files: convert it",
+    "stl_decoder": "the file is damaged or cut off: export it again",
+    "at least 4 vertices required": "its file holds no solid, or is cut off: export it again",
+    "vertex coordinate": "its file is damaged: export it again",
+    "required attribute missing": "give it",
+    "missing element": "give it",
+    "bad format in attribute": "give numbers",
+    "does not have enough data": "give as many numbers as the attribute has",
+    "must be positive": "give a size above 0",
+    "repeated name": "rename one",
 }
 
 
@@ -56,6 +67,8 @@ class Compiled:
     data: Any
     issues: Issues
     limits: Limits = DEFAULT
+    massless: frozenset[str] = frozenset()
+    """names of links that get a mass for the compiler alone, see `without_massless`"""
     _known_places: dict[str, dict[int, tuple[str, int | None]]] = field(default_factory=dict)
     _by_line: dict[str, dict[int | str, list[Element]]] = field(default_factory=dict)
 
@@ -185,18 +198,27 @@ def _name_of(item: Any) -> str:
 
 
 def compile_file(
-    path: Path, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
+    path: Path,
+    root: Element,
+    issues: Issues,
+    floating_base: bool | None,
+    limits: Limits = DEFAULT,
+    text: str = "",
 ) -> Compiled:
-    """Raises FileError naming file, line and element if MuJoCo refuses the file."""
+    """Raises FileError naming file, line and element if MuJoCo refuses the file.
+
+    text: what it takes in place of that of the file, if any.
+    """
     mujoco = import_mujoco()
     said: list[str] = []
+    massless: frozenset[str] = frozenset()
     with _warnings_to(mujoco, said):
         try:
-            spec = mujoco.MjSpec.from_file(str(path))
+            spec = mujoco.MjSpec.from_string(text) if text else mujoco.MjSpec.from_file(str(path))
             for texture in spec.textures:
                 _without_files(mujoco, texture)
             if root.tag == "robot":
-                prepare(spec, root, issues, floating_base, limits)
+                massless = prepare(spec, root, issues, floating_base, limits)
             if len(spec.bodies) > MANY:
                 LOG.info("%s: MuJoCo compiles %d bodies, which takes seconds", path, len(spec.bodies))
             if len(spec.bodies) > MANY or spec.memory > ARENA:
@@ -215,7 +237,7 @@ def compile_file(
         if not any(known in text for known in TOLD) and not (element and issues.lists(element)):
             effect = "none" if "conflict" in text else "small"  # an option of an attached file is not taken
             issues.add(element, f"MuJoCo warns: {' '.join(text.split())}", effect)
-    return Compiled(issues.path, root, mujoco, spec, model, data, issues, limits)
+    return Compiled(issues.path, root, mujoco, spec, model, data, issues, limits, massless)
 
 
 def open_compiled(path: Path, limits: Limits) -> Compiled:
@@ -287,13 +309,18 @@ def _mentioned(text: str, root: Element) -> Element | None:
     return None
 
 
+def _mesh_name(element: Element) -> str:
+    """MuJoCo's name of the mesh of a file."""
+    return Path(element.attributes.get("filename", "")).stem if element.tag == "mesh" else ""
+
+
 def _located(what: str, where: str, root: Element) -> Element | None:
     """The element at the place that MuJoCo tells, by line or by name."""
     line = re.search(r"line (\d+)", where)
     quoted = re.search(r"^(name )?'([^']*)'", where)
     name = quoted[2] if quoted else ""
     if not line:
-        return next((e for e in root.walk() if name and e.name == name), None)
+        return next((e for e in root.walk() if name and name in (e.name, _mesh_name(e))), None)
     at = [e for e in root.walk() if e.line == int(line[1])]
     by_name = [e for e in at if name and name in (e.tag, e.name)]
     # If a line has several elements: the one that contains the quoted text of the message, or the innermost.
@@ -307,8 +334,8 @@ def _translated(message: str, path: Path, root: Element) -> str:
     text = re.sub(r"^(XML )?Error: (Error: )?", "", message.strip())
     what, _, where = text.partition("\nElement ")
     element = _located(what, where, root) or _mentioned(what, root)
-    if element and any("$" in value for value in element.attributes.values()):
-        what += "; a macro such as ${x} is for xacro, which must be run first"
+    if element:
+        what += macro(element)
     advice = next((text for key, text in ADVICE.items() if key in what), "")
     place = f"{element.place}: {element}" if element else f"{path}"
     return f"{place}: {' '.join(what.split())}" + (f"; {advice}" if advice else "")

@@ -163,7 +163,7 @@ def _hull(compiled: Compiled, geom: int, mesh: int) -> Shape:
     except ValueError:  # flat: no body has a hull without volume, but the ground of some scenes has
         compiled.refuse("geom", geom, "its hull has no volume; it is a thin plate here", "none")
     try:
-        return shapes.Hull(_thick(vertices))
+        return shapes.Hull(thick(vertices))
     except InputError as error:
         element = compiled.element("geom", geom)
         place = f"{element.place}: {element}" if element else str(compiled.path)
@@ -188,7 +188,7 @@ def _judge(compiled: Compiled, geom: int, mesh: int, hull: Shape) -> None:
     compiled.issues.dent(hull, whole, element, name + what, effect)
 
 
-def _thick(vertices: Array) -> Array:
+def thick(vertices: Array) -> Array:
     """The points (n, 3) moved to both sides along the directions in which they have almost no extent."""
     try:
         _, _, axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=True)

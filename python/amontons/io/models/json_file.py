@@ -26,4 +26,8 @@ def read_model_json(path: Path, limits: Limits) -> Model:
         raise FileError(text if text.startswith(str(path)) else f"{path}: {text}") from None
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
         reason = " ".join(str(error).split())[:300]
-        raise FileError(f"{path}: is no model that write_model wrote ({reason})") from None
+        if isinstance(error, KeyError):
+            reason = f"a part has no {reason}"
+        raise FileError(
+            f"{path}: is no model that write_model wrote ({reason}); write it again by amontons.write_model"
+        ) from None

@@ -21,6 +21,8 @@ def read_mesh(path: Path, part: str = "") -> shapes.Mesh:
     """The triangles of a file, or of one of its parts, taken for metres; FileError if it holds none."""
     try:
         return shapes.Mesh(*read_triangles(path, part))
+    except FileError:
+        raise
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
 
@@ -33,11 +35,20 @@ def scaled(mesh: shapes.Mesh, matrix: Array) -> shapes.Mesh:
     return shapes.Mesh(mesh.vertices @ matrix.T, mesh.triangles[:, ::-1] if turned else mesh.triangles)
 
 
+def _inside_out(mesh: shapes.Mesh) -> bool:
+    """Whether the triangles of a closed mesh face inwards, or enclose nothing."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) <= 0
+
+
 def told(mesh: shapes.Mesh, hull: Shape) -> str:
     """The text of the entry for a hull in place of a mesh; "" if they are alike."""
-    if not is_closed(mesh.vertices, mesh.triangles) or mesh.volume() <= 0:
+    if not is_closed(mesh.vertices, mesh.triangles) or _inside_out(mesh):
         return "the mesh is not closed, or faces inwards; its convex hull collides"
-    added = max(hull.volume() - mesh.volume(), 0.0)
+    try:
+        added = max(hull.volume() - mesh.volume(), 0.0)
+    except InputError:  # of almost no volume
+        return "the mesh encloses almost nothing; its convex hull collides"
     if added <= TELL * mesh.volume():
         return ""
     return f"its convex hull collides, which adds {1e6 * added:.4g} cm^3 to {1e6 * mesh.volume():.4g} cm^3"

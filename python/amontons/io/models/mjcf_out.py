@@ -6,31 +6,21 @@ import math
 from typing import Any
 from xml.etree import ElementTree as ET
 
-import numpy as np
-from numpy.polynomial import Polynomial
-
 from ...model import shapes
+from ...model.coordinates import is_floating
 from ...model.model import Model
-from ...model.parts import WORLD, Dof, Geom, Joint, Motor
-from ...model.transforms import IDENTITY, ORIGIN, Transform, conjugate, rotate
+from ...model.parts import OWN, WORLD, Dof, Geom, Joint
+from ...model.transforms import ORIGIN, Transform, conjugate, rotate
+from .geoms import thick
 from .losses import Lost
-from .trees_out import Branch, Trees, at_start
-
-DIMENSIONS = ((6, "rolling_friction"), (4, "torsional_friction"), (3, "friction"))
-"""condim by the first coefficient that is not zero"""
-
-
-def words(*values: Any) -> str:
-    """Numbers as text, with every digit."""
-    return " ".join(repr(float(v)) for v in np.ravel(np.array(values, dtype=np.float64)))
-
-
-def placed(element: ET.Element, frame: Transform) -> ET.Element:
-    if any(frame.position):
-        element.set("pos", words(frame.position))
-    if frame.rotation != IDENTITY:
-        element.set("quat", words(frame.rotation))
-    return element
+from .mjcf_contacts import condim, write_contacts
+from .mjcf_draft import Draft, placed, ranged, sized, within, words
+from .mjcf_drives import write_couplings, write_drives, write_tendons
+from .mjcf_keyframes import write_keyframes
+from .mjcf_parts import in_order, nested, write_parts
+from .mjcf_sensors import write_sensors
+from .mjcf_visuals import write_visuals
+from .trees_out import Branch, at_start
 
 
 def mjcf_text(model: Model) -> tuple[str, list[Lost]]:
@@ -41,22 +31,14 @@ def mjcf_text(model: Model) -> tuple[str, list[Lost]]:
     return ET.tostring(root, encoding="unicode") + "\n", writer.lost
 
 
-class _Writer:
+class _Writer(Draft):
     def __init__(self, model: Model) -> None:
-        self.model = model
-        self.lost: list[Lost] = []
-        self.trees = Trees(model)
-        self.root = ET.Element("mujoco")
-        self.names: dict[tuple[int, int], str] = {}
-        """of the hinge or slide that is a degree of freedom of a joint"""
+        super().__init__(model)
         self.meshes: dict[int, str] = {}
-        self.sections = {
-            tag: ET.Element(tag) for tag in ("asset", "contact", "tendon", "equality", "actuator")
-        }
-        self.elements: dict[int, ET.Element] = {}
-        self.on: dict[int, list[Geom]] = {}
-        for geom in model.geoms:
-            self.on.setdefault(geom.body, []).append(geom)
+        self.on: dict[int, list[int]] = {}
+        self.geoms: dict[int, ET.Element] = {}
+        for k, geom in enumerate(model.geoms):
+            self.on.setdefault(geom.body, []).append(k)
 
     def written(self) -> ET.Element:
         ET.SubElement(self.root, "compiler", angle="radian", autolimits="true", balanceinertia="false")
@@ -71,19 +53,20 @@ class _Writer:
                 ("wind", fluid.wind),
             ):
                 option.set(name, words(value))
-        world = ET.SubElement(self.root, "worldbody")
-        self.elements[WORLD] = world
-        for geom in self.on.get(WORLD, []):
-            self._geom(world, geom)
-        for branch in self.trees.branches:
+        self.elements[WORLD, OWN] = ET.SubElement(self.root, "worldbody")
+        self._shapes(WORLD)
+        for branch in nested(self.trees):
             self._body(branch)
-        for site in self.model.sites:
-            placed(ET.SubElement(self.elements[site.body], "site", name=site.name), site.frame)
+        write_visuals(self, self.geoms)
+        in_order(self)
+        self.model_sites()
         self._loops()
-        self._contacts()
-        self._tendons()
-        self._drives()
-        self._couplings()
+        write_contacts(self)
+        write_tendons(self)
+        write_drives(self)
+        write_couplings(self)
+        write_sensors(self, option)
+        write_keyframes(self)
         self._tell()
         self.root.extend(section for section in self.sections.values() if len(section))
         return self.root
@@ -95,63 +78,79 @@ class _Writer:
             self.lost.append(Lost("model", f'friction_rule="{rule}"; MuJoCo takes the larger one', "small"))
         if any(any(body.linear_velocity) or any(body.angular_velocity) for body in model.bodies):
             self.lost.append(Lost("model", "initial velocities", "small"))
-        for what, things in (
-            ("sensors", model.sensors), ("keyframes", model.keyframes), ("visuals", model.visuals),
-            ("names of links that are parts of bodies", model.links),
-        ):  # fmt: skip
-            if things:
-                self.lost.append(Lost("model", f"{len(things)} {what}", "none"))
 
     def _body(self, branch: Branch) -> None:
         body = self.model.bodies[branch.body]
-        above = WORLD if branch.parent == WORLD else branch.parent
-        pose = ORIGIN if above == WORLD else self.model.bodies[above].pose
-        element = ET.SubElement(self.elements[above], "body", name=body.name)
-        self.elements[branch.body] = placed(element, pose.inverse() @ body.pose)
+        pose = ORIGIN if branch.parent == WORLD else self.model.bodies[branch.parent].pose
+        above, own = self.at(branch.parent, self._carrier(branch))
+        element = ET.SubElement(above, "body", name=body.name)
+        self.elements[branch.body, OWN] = placed(element, (pose @ own).inverse() @ body.pose)
         if body.motion == "kinematic":
             element.set("mocap", "true")
-        if body.gravity_scale != 1:
-            element.set("gravcomp", words(1 - body.gravity_scale))
         if body.motion == "dynamic":
             if branch.joint is None:
-                ET.SubElement(element, "freejoint", name=f"{body.name} free")
+                self._name(ET.SubElement(element, "freejoint"), f"{body.name} free", branch.body, -1)
             else:
                 self._joint(element, branch)
-            m = np.array(body.inertia)
-            ET.SubElement(
-                element, "inertial", pos=words(body.centre_of_mass), mass=words(body.mass),
-                fullinertia=words(*np.diag(m), m[0, 1], m[0, 2], m[1, 2]),
-            )  # fmt: skip
-        for geom in self.on.get(branch.body, []):
-            self._geom(element, geom)
+        write_parts(self, branch.body)
+        self._shapes(branch.body)
+
+    def _carrier(self, branch: Branch) -> int:
+        """The link of its parent that holds a body."""
+        if branch.joint is None:
+            return OWN
+        joint = self.model.joints[branch.joint]
+        return joint.link_a if branch.turned else joint.link_b
+
+    def _shapes(self, body: int) -> None:
+        """The geoms of a body and of its links."""
+        for k in self.on.get(body, []):
+            geom = self.model.geoms[k]
+            element, own = self.at(body, geom.link)
+            made = self.geoms[k] = self._geom(element, geom, within(own, geom.frame))
+            if body != WORLD and element.find("inertial") is None:
+                made.set("mass", "0")  # else MuJoCo takes one from the shapes
 
     def _joint(self, element: ET.Element, branch: Branch) -> None:
-        joint = self.model.joints[branch.joint or 0]
+        j = branch.joint or 0
+        joint = self.model.joints[j]
         if joint.compliance:
-            self.lost.append(Lost(f'joint "{joint.name}"', "its compliance", "small"))
-        for k, axis, anchor, ref in at_start(joint, self.trees.start[branch.joint or 0], branch.turned):
+            self.lose(f'joint "{joint.name}"', "its compliance", "small")
+        if not branch.turned and _is_free(joint):
+            made = ET.SubElement(element, "joint", type="free")
+            self._name(made, joint.name, branch.body, j)
+            self._resistance(made, joint)
+            return
+        for k, axis, anchor, ref in at_start(joint, self.trees.start[j], branch.turned):
             dof = joint.dofs[k]
-            name = dof.name or (
-                joint.name if len(joint.dofs) == 1 and not joint.spherical else f"{joint.name}[{k}]"
-            )
-            self.names[branch.joint or 0, k] = name
-            made = ET.SubElement(
-                element, "joint", name=name, type=dof.kind, axis=words(axis), pos=words(anchor)
-            )
+            made = ET.SubElement(element, "joint", type=dof.kind, axis=words(axis), pos=words(anchor))
+            self._name(made, self.joint_name(joint, k), branch.body, j)
+            self.names[j, k] = made.get("name", "")
             self._dof(made, dof, ref)
+            if dof.lower == dof.upper:
+                self.hold("joint", self.names[j, k], dof.lower - ref)
         if joint.spherical:
             frame = joint.frame_b if branch.turned else joint.frame_a
-            made = ET.SubElement(
-                element, "joint", name=f"{joint.name} ball", type="ball", pos=words(frame.position)
-            )
-            for name, value in (
-                ("stiffness", joint.ball_stiffness), ("damping", joint.ball_damping),
-                ("frictionloss", joint.ball_friction), ("armature", joint.ball_armature),
-            ):  # fmt: skip
-                if value:
-                    made.set(name, words(value))
+            made = ET.SubElement(element, "joint", type="ball", pos=words(frame.position))
+            self._name(made, self.joint_name(joint, -1), branch.body, j)
+            self.names[j, -1] = made.get("name", "")
+            self._resistance(made, joint)
             if math.isfinite(joint.ball_limit):
                 made.set("range", words(0, joint.ball_limit))
+
+    def _name(self, made: ET.Element, name: str, body: int, joint: int) -> None:
+        while name in self.placed:
+            name += "_"
+        made.set("name", name)
+        self.placed[name] = body, joint
+
+    def _resistance(self, made: ET.Element, joint: Joint) -> None:
+        for name, value in (
+            ("stiffness", joint.ball_stiffness), ("damping", joint.ball_damping),
+            ("frictionloss", joint.ball_friction), ("armature", joint.ball_armature),
+        ):  # fmt: skip
+            if value:
+                made.set(name, words(value))
 
     def _dof(self, made: ET.Element, dof: Dof, ref: float) -> None:
         for name, value in (
@@ -160,23 +159,18 @@ class _Writer:
         ):  # fmt: skip
             if value:
                 made.set(name, words(value))
-        self._range(made, "range", dof.lower, dof.upper)
-        self._range(made, "actuatorfrcrange", dof.lower_effort, dof.upper_effort)
+        ranged(made, "range", dof.lower, dof.upper)
+        # Without a motor its largest effort is that of one which a reader may add, as of a URDF.
+        most = dof.motor.max_effort if dof.motor.kind == "none" else math.inf
+        ranged(made, "actuatorfrcrange", max(dof.lower_effort, -most), min(dof.upper_effort, most))
 
-    def _range(self, made: ET.Element, name: str, lower: float, upper: float) -> None:
-        """MuJoCo has no limit on one side: the other one is far away."""
-        if math.isinf(lower) and math.isinf(upper):
-            return
-        far = 1e6 * max(1.0, *(abs(x) for x in (lower, upper) if math.isfinite(x)))
-        made.set(name, words(max(lower, -far), min(upper, far)))
-
-    def _geom(self, element: ET.Element, geom: Geom) -> None:
+    def _geom(self, element: ET.Element, geom: Geom, frame: Transform) -> ET.Element:
         material, who = geom.material, f'geom "{geom.name}"'
-        made = placed(ET.SubElement(element, "geom", name=geom.name), geom.frame)
-        if not self._shape(made, geom):
+        made = placed(ET.SubElement(element, "geom", name=geom.name), frame)
+        if not self._shape(made, geom, frame):
             self.lost.append(Lost(who, "a mesh, which MuJoCo fills to its convex hull", "large"))
         made.set("friction", words(material.friction, material.torsional_friction, material.rolling_friction))
-        made.set("condim", str(next((n for n, name in DIMENSIONS if getattr(material, name) > 0), 1)))
+        made.set("condim", condim(material))
         if material.rest_offset:
             made.set("margin", words(material.rest_offset))
         # MuJoCo's are 32 bits with a sign.
@@ -191,24 +185,18 @@ class _Writer:
             self.lost.append(Lost(who, "restitution and compliance; MuJoCo's solref is another law", "small"))
         if geom.friction_direction is not None:
             self.lost.append(Lost(who, "friction that depends on the direction", "small"))
+        return made
 
-    def _shape(self, made: ET.Element, geom: Geom) -> bool:
+    def _shape(self, made: ET.Element, geom: Geom, frame: Transform) -> bool:
         """False where MuJoCo takes another one."""
         shape = geom.shape
-        kinds: dict[type[shapes.Shape], tuple[str, tuple[str, ...]]] = {
-            shapes.Sphere: ("sphere", ("radius",)), shapes.Capsule: ("capsule", ("radius", "half_length")),
-            shapes.Cylinder: ("cylinder", ("radius", "half_length")), shapes.Box: ("box", ("half",)),
-            shapes.Ellipsoid: ("ellipsoid", ("radii",)),
-        }  # fmt: skip
-        if type(shape) in kinds:
-            kind, sizes = kinds[type(shape)]
-            made.set("type", kind)
-            made.set("size", words(*(x for name in sizes for x in np.ravel(getattr(shape, name)))))
-        elif isinstance(shape, shapes.Plane):
+        if sized(made, shape):
+            return True
+        if isinstance(shape, shapes.Plane):
             made.set("type", "plane")
             made.set("size", "0 0 1")
         elif isinstance(shape, shapes.HeightField):
-            self._field(made, geom, shape)
+            self._field(made, frame, shape)
         else:
             made.set("type", "mesh")
             made.set("mesh", self._mesh(shape))
@@ -219,12 +207,13 @@ class _Writer:
         if id(shape) not in self.meshes:
             name = self.meshes[id(shape)] = f"mesh_{len(self.meshes)}"
             # The mass is that of <inertial>; a hull does not need the triangles of a closed surface.
-            ET.SubElement(
-                self.sections["asset"], "mesh", name=name, vertex=words(shape.vertices), inertia="convex"
-            )
+            made = ET.SubElement(self.sections["asset"], "mesh", name=name, inertia="convex")
+            # MuJoCo refuses a flat one, which a hull never is.
+            points = shape.vertices if isinstance(shape, shapes.Hull) else thick(shape.vertices)
+            made.set("vertex", words(points))
         return self.meshes[id(shape)]
 
-    def _field(self, made: ET.Element, geom: Geom, field: shapes.HeightField) -> None:
+    def _field(self, made: ET.Element, frame: Transform, field: shapes.HeightField) -> None:
         """MuJoCo's heights are from 0 to 1 of the elevation."""
         low, high = float(field.heights.min()), float(field.heights.max())
         span = max(high - low, 1e-6)
@@ -236,7 +225,7 @@ class _Writer:
         )  # fmt: skip
         made.set("type", "hfield")
         made.set("hfield", name)
-        made.set("pos", words(geom.frame((0.0, 0.0, low))))
+        made.set("pos", words(frame((0.0, 0.0, low))))
 
     def _loops(self) -> None:
         for j in self.trees.loops:
@@ -263,141 +252,46 @@ class _Writer:
         ends = {"body1": joint.body_a, "body2": joint.body_b}
         return {key: self.model.bodies[b].name for key, b in ends.items() if b != WORLD}  # type: ignore[index]
 
+    def _equality(self, tag: str, joint: Joint, **attributes: str) -> None:
+        made = ET.SubElement(self.sections["equality"], tag, attributes | self._ends(joint))
+        taken = {other.get("name") for other in self.sections["equality"]}
+        if joint.name and joint.name not in taken:  # the second one of a hinge has none
+            made.set("name", joint.name)
+
     def _connect(self, joint: Joint, anchor: Any) -> None:
-        ET.SubElement(self.sections["equality"], "connect", anchor=words(anchor), **self._ends(joint))
+        self._equality("connect", joint, anchor=words(anchor))
 
     def _weld(self, joint: Joint) -> None:
         between = joint.frame_a @ joint.frame_b.inverse()
-        pose = words(between.position, between.rotation)
-        ET.SubElement(self.sections["equality"], "weld", anchor="0 0 0", relpose=pose, **self._ends(joint))
+        pose = words(*between.position, *between.rotation)
+        self._equality("weld", joint, anchor=words(joint.frame_b.position), relpose=pose)
 
     def _distance(self, joint: Joint) -> None:
         tendon = ET.SubElement(self.sections["tendon"], "spatial", name=joint.name)
         for end, body, frame in (("a", joint.body_a, joint.frame_a), ("b", joint.body_b, joint.frame_b)):
-            name = f"{joint.name} {end}"
-            placed(ET.SubElement(self.elements[int(body or 0)], "site", name=name), frame)  # type: ignore[call-overload]
-            ET.SubElement(tendon, "site", site=name)
-        self._range(tendon, "range", joint.lower_distance, joint.upper_distance)
+            ET.SubElement(tendon, "site", site=self.site(int(body), frame, f"{joint.name} {end}"))  # type: ignore[arg-type]
+        ranged(tendon, "range", joint.lower_distance, joint.upper_distance)
+        if joint.lower_distance == joint.upper_distance:
+            self.hold("tendon", joint.name, joint.lower_distance - self._distance_at_start(joint))
 
-    def _contacts(self) -> None:
-        model, section = self.model, self.sections["contact"]
-        name = ["world", *(body.name for body in model.bodies)]
-        apart = {(min(a, b), max(a, b)) for a, b in model.excluded_bodies}
-        apart |= {
-            tuple(sorted((int(j.body_a), int(j.body_b))))
-            for j in model.joints
-            if not j.collide  # type: ignore[arg-type, misc]
-        }
-        geoms: dict[tuple[int, int], int] = {}
-        for a, b in set(model.excluded_geoms):
-            pair = tuple(sorted((model.geoms[a].body, model.geoms[b].body)))
-            geoms[pair] = geoms.get(pair, 0) + 1  # type: ignore[index, arg-type]
-        for pair, count in geoms.items():
-            if count == len(self.on.get(pair[0], [])) * len(self.on.get(pair[1], [])):
-                apart.add(pair)
-            elif pair not in apart:
-                what = f"{count} pairs of geoms that never touch"
-                self.lost.append(Lost(f'bodies "{name[pair[0] + 1]}", "{name[pair[1] + 1]}"', what, "large"))
-        for a, b in sorted(apart):
-            ET.SubElement(section, "exclude", body1=name[a + 1], body2=name[b + 1])
-        for pair in model.pair_materials:
-            one, other = model.geoms[pair.geom_a], model.geoms[pair.geom_b]
-            meet = one.category & other.mask or other.category & one.mask
-            if not pair.always and (not meet or tuple(sorted((one.body, other.body))) in apart):
-                continue
-            m = pair.material
-            ET.SubElement(
-                section, "pair", geom1=one.name, geom2=other.name, margin=words(m.rest_offset),
-                condim=str(next((n for n, key in DIMENSIONS if getattr(m, key) > 0), 1)),
-                friction=words(*[m.friction] * 2, m.torsional_friction, *[m.rolling_friction] * 2),
-            )  # fmt: skip
+    def _distance_at_start(self, joint: Joint) -> float:
+        ends = ((joint.body_a, joint.frame_a), (joint.body_b, joint.frame_b))
+        a, b = (
+            (ORIGIN if body == WORLD else self.model.bodies[int(body or 0)].pose)(frame.position)
+            for body, frame in ends
+        )
+        return math.dist(a, b)
 
-    def _tendons(self) -> None:
-        for tendon in self.model.tendons:
-            if any(stop.kind in ("sphere", "cylinder") for stop in tendon.path):
-                self.lost.append(
-                    Lost(f'tendon "{tendon.name}"', "a path around a sphere or cylinder", "large")
-                )
-                continue
-            kind = "spatial" if tendon.path else "fixed"
-            made = ET.SubElement(self.sections["tendon"], kind, name=tendon.name)
-            for k, stop in enumerate(tendon.path):
-                if stop.kind == "pulley":
-                    ET.SubElement(made, "pulley", divisor=words(stop.divisor))
-                    continue
-                name = f"{tendon.name} {k}"
-                placed(ET.SubElement(self.elements[int(stop.body)], "site", name=name), stop.frame)  # type: ignore[arg-type]
-                ET.SubElement(made, "site", site=name)
-            for term in tendon.terms:
-                joint = self.names.get((int(term.joint), term.dof), "")
-                ET.SubElement(made, "joint", joint=joint, coef=words(term.coefficient))
-            made.set("springlength", words(tendon.rest_lower, tendon.rest_upper))
-            for key, value in (
-                ("stiffness", tendon.stiffness), ("damping", tendon.damping),
-                ("frictionloss", tendon.friction), ("armature", tendon.armature),
-            ):  # fmt: skip
-                made.set(key, words(value))
-            self._range(made, "range", tendon.lower, tendon.upper)
 
-    def _drives(self) -> None:
-        model, section = self.model, self.sections["actuator"]
-        kept = {element.get("name") for element in self.sections["tendon"]}
-        for actuator in model.actuators:
-            moved = actuator.transmission
-            made = ET.Element("general", name=actuator.name, gear=words(moved.gear))
-            tendon = model.tendons[moved.tendon].name if moved.kind == "tendon" else ""
-            if moved.kind == "dof" and (moved.joint, moved.dof) in self.names:
-                made.set("joint", self.names[moved.joint, moved.dof])
-            elif tendon in kept:
-                made.set("tendon", tendon)
-            else:
-                self.lost.append(Lost(f'actuator "{actuator.name}"', "what it moves", "large"))
-                continue
-            made.set("gaintype", "affine" if any(actuator.gain[1:]) else "fixed")
-            made.set("gainprm", words(actuator.gain))
-            made.set("biastype", "affine")
-            made.set("biasprm", words(actuator.bias))
-            self._range(made, "forcerange", actuator.lower_force, actuator.upper_force)
-            self._range(made, "ctrlrange", actuator.lower_control, actuator.upper_control)
-            if actuator.dynamics != "none":
-                made.set("dyntype", {"filter": "filterexact"}.get(actuator.dynamics, actuator.dynamics))
-                made.set("dynprm", words(max(actuator.time_constant, 1e-9)))
-                self._range(made, "actrange", actuator.lower_activation, actuator.upper_activation)
-                made.set("actearly", str(actuator.early).lower())
-            if actuator.control or actuator.activation:
-                self.lost.append(Lost(f'actuator "{actuator.name}"', "its initial control", "small"))
-            section.append(made)
-        for (j, d), name in self.names.items():
-            self._motor(name, model.joints[j].dofs[d].motor)
-
-    def _motor(self, name: str, motor: Motor) -> None:
-        if motor.kind == "none":
-            return
-        if motor.kind != "effort" and not (motor.kp or motor.kd):
-            self.lost.append(Lost(f'joint "{name}"', "a motor that follows its control exactly", "large"))
-            return
-        gain = {"effort": 1.0, "position": motor.kp, "velocity": motor.kd}[motor.kind]
-        taken = {made.get("name") for made in self.sections["actuator"]}
-        made = ET.SubElement(
-            self.sections["actuator"], "general", name=f"{name} motor" if name in taken else name, joint=name,
-            gainprm=words(gain), biastype="affine", biasprm=words(0, -motor.kp, -motor.kd),
-        )  # fmt: skip
-        self._range(made, "forcerange", -motor.max_effort, motor.max_effort)
-        if motor.control:
-            self.lost.append(Lost(f'motor of "{name}"', "its initial control", "small"))
-
-    def _couplings(self) -> None:
-        for coupling in self.model.couplings:
-            ends = [(coupling.joint_a, coupling.dof_a), (coupling.joint_b, coupling.dof_b)]
-            known = ends[0] in self.names and (ends[1] in self.names or ends[1][0] < 0)
-            if max(coupling.tendon_a, coupling.tendon_b) >= 0 or not known or len(coupling.coefficients) > 5:
-                what = "a coupling of tendons, or of a degree above 4"
-                self.lost.append(Lost(f'coupling "{coupling.name}"', what, "large"))
-                continue
-            # MuJoCo's polynomial is one of the displacements from the start.
-            starts = [float(self.trees.start[j][d]) if j >= 0 else 0.0 for j, d in ends]
-            moved = Polynomial(coupling.coefficients)(Polynomial([starts[1], 1.0])) - starts[0]
-            made = ET.SubElement(self.sections["equality"], "joint", joint1=self.names[ends[0]])
-            if ends[1][0] >= 0:
-                made.set("joint2", self.names[ends[1]])
-            made.set("polycoef", words(*moved.coef, *[0.0] * (5 - len(moved.coef))))
+def _is_free(joint: Joint) -> bool:
+    """Whether MuJoCo's free joint says all of a floating base on a joint: it has one number for all six."""
+    if not is_floating(joint) or joint.ball_stiffness or math.isfinite(joint.ball_limit):
+        return False
+    usual = (0.0, joint.ball_damping, joint.ball_friction, joint.ball_armature)
+    bounds = (-math.inf, math.inf) * 2
+    return all(
+        (dof.stiffness, dof.damping, dof.friction, dof.armature) == usual
+        and (dof.lower, dof.upper, dof.lower_effort, dof.upper_effort) == bounds
+        and dof.motor.kind == "none"
+        for dof in joint.dofs
+    )

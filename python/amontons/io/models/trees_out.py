@@ -29,14 +29,30 @@ class Trees:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        coordinates: Array = Simulation(model).state.joint_coordinates
+        simulation = Simulation(model)
+        coordinates: Array = simulation.state.joint_coordinates
         self.start = [
             coordinates[model.core.first_dof(j) :][: len(joint.dofs)] for j, joint in enumerate(model.joints)
         ]
         """by joint: its coordinates in the initial pose"""
+        self.lengths: Array = simulation.tendon_efforts["length"]
+        """of the tendons in the initial pose"""
         self.branches: list[Branch] = []
         self.loops: list[int] = []
         self._grow()
+        self.branches = self._in_order()
+
+    def _in_order(self) -> list[Branch]:
+        """Branches after each other, each with all that hangs on it; of one parent in the model's order."""
+        above: dict[int, list[Branch]] = {}
+        for branch in sorted(self.branches, key=lambda each: -each.body):
+            above.setdefault(branch.parent, []).append(branch)
+        found: list[Branch] = []
+        left = above.pop(WORLD, [])
+        while left:
+            found.append(left.pop())
+            left += above.pop(found[-1].body, [])
+        return found
 
     def _grow(self) -> None:
         model = self.model

@@ -19,6 +19,7 @@ from ...model import collada, stl_text
 from ...model.transforms import Transform, axis_angle, multiply
 from .elements import Element
 from .issues import Issues
+from .massless import stand_in
 from .places import inside
 from .xml_lines import is_file
 
@@ -32,9 +33,13 @@ NAMED = 3
 
 def prepare(
     spec: Any, root: Element, issues: Issues, floating_base: bool | None, limits: Limits = DEFAULT
-) -> None:
-    """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not."""
+) -> frozenset[str]:
+    """Edits the parsed, not yet compiled model: no visuals, meshes found, links kept, base free or not.
+
+    Returns the links that have a mass for the compiler alone.
+    """
     _find_meshes(spec, root, issues, limits)
+    massless = stand_in(spec, issues)
     spec.compiler.fusestatic = False
     for body in spec.worldbody.bodies:
         # A link of a floating joint to the root called world is free already.
@@ -45,9 +50,12 @@ def prepare(
             issues.notes.append(f'the base link "{body.name}" {how} it')
         if floats if floating_base is None else floating_base:
             body.add_freejoint()
+    # Some files give their link called world a mass, which has no meaning.
+    spec.worldbody.explicitinertial, spec.worldbody.fullinertia = False, [np.nan] * 6
     for body in spec.bodies[1:]:
         if body.explicitinertial:
             _check_inertia(body, root, issues, moves=bool(list(body.joints)))
+    return massless
 
 
 def _base(body: Any, root: Element) -> tuple[bool, str]:

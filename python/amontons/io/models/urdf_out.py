@@ -12,12 +12,18 @@ import numpy as np
 
 from ...errors import InputError
 from ...model import shapes
+from ...model.coordinates import coordinate_name
+from ...model.links import Link
+from ...model.mass import MassProperties
 from ...model.model import Model
-from ...model.parts import WORLD, Dof, Geom, Material
+from ...model.parts import OWN, WORLD, Dof, Geom, Material
+from ...model.shapes import Shape
 from ...model.transforms import ORIGIN, Transform, rotation_matrix
+from ...model.visuals import TriangleMesh, Visual
 from .losses import Lost
-from .mjcf_out import words
-from .trees_out import Branch, Trees, at_start, moved
+from .mjcf_draft import words
+from .mjcf_parts import divided
+from .trees_out import Branch, Trees, at_start
 
 GRAVITY = (0.0, 0.0, -9.81)
 """m/s^2, what readers of URDF take"""
@@ -41,13 +47,18 @@ class _Writer:
         self.known: dict[int, str] = {}
         self.trees = Trees(model)
         self.root = ET.Element("robot", name=path.stem)
+        self.names: dict[tuple[int, int], str] = {}
+        """of joints by those of the model and their degrees of freedom"""
         self.rooted = False
         """whether there is a link that stands for the world"""
         self.frames = {WORLD: ORIGIN}
         """of the link in the body: the origin of a link lies on the axis of its joint"""
+        own = {k: divided(model, k) for k in range(len(model.bodies))}
+        self.divided = {k: solid for k, solid in own.items() if solid is not None and solid.mass > 0}
+        """bodies without their links, of those whose links are links of the file"""
 
     def written(self) -> ET.Element:
-        self._require_hinges()
+        self._require_axes()
         roots = sum(branch.parent == WORLD for branch in self.trees.branches)
         held = any(branch.joint is not None and branch.parent == WORLD for branch in self.trees.branches)
         self.rooted = held or roots > 1 or any(geom.body == WORLD for geom in self.model.geoms)
@@ -59,13 +70,13 @@ class _Writer:
         self._tell()
         return self.root
 
-    def _require_hinges(self) -> None:
+    def _require_axes(self) -> None:
         for branch in self.trees.branches:
             joint = None if branch.joint is None else self.model.joints[branch.joint]
-            if joint is not None and (joint.spherical or len(joint.dofs) > 1):
+            if joint is not None and joint.spherical:
                 raise InputError(
-                    f'{self.path}: joint "{joint.name}" has {len(joint.dofs) + 3 * joint.spherical} degrees '
-                    "of freedom; URDF has joints with one: write .xml or .usda"
+                    f'{self.path}: joint "{joint.name}" turns about a point; URDF has joints with axes: '
+                    "write .xml or .usda"
                 )
 
     def _tell(self) -> None:
@@ -78,12 +89,13 @@ class _Writer:
             self.lost.append(Lost("model", "the initial pose; links stand at zero coordinates", "small"))
         joined = {tuple(sorted((b.body, b.parent))) for b in self.trees.branches}
         apart = [pair for pair in model.excluded_bodies if tuple(sorted(pair)) not in joined]
+        merged = [link for link in model.links if link.body not in self.divided]
         for what, things, effect in (
             ("actuators", model.actuators, "large"), ("tendons", model.tendons, "large"),
             ("boxes in a fluid", model.fluid_boxes, "large"), ("sites", model.sites, "none"),
             ("pairs of geoms with a material of their own", model.pair_materials, "small"),
             ("sensors", model.sensors, "none"), ("keyframes", model.keyframes, "none"),
-            ("visuals", model.visuals, "none"), ("links that are parts of bodies", model.links, "none"),
+            ("links that are parts of bodies", merged, "none"),
             ("pairs that never touch", (*apart, *model.excluded_geoms), "large"),
         ):  # fmt: skip
             if things:
@@ -103,29 +115,51 @@ class _Writer:
         self._link(body.name, branch.body)
 
     def _joint(self, branch: Branch) -> None:
+        """The joint of a body; one of several degrees of freedom is a row of joints and massless links."""
         j = branch.joint or 0
-        joint, start = self.model.joints[j], self.trees.start[j]
-        child, parent = (b if b == WORLD else self.model.bodies[b] for b in (branch.body, branch.parent))
-        above = ORIGIN if branch.parent == WORLD else self.model.bodies[branch.parent].pose
-        pose = above.inverse() @ self.model.bodies[branch.body].pose
-        made = ET.SubElement(self.root, "joint", name=joint.name)
+        joint, model_links = self.model.joints[j], self.model.links
+        child, parent = (
+            "world" if b == WORLD else self.model.bodies[b].name for b in (branch.body, branch.parent)
+        )
+        ends = (joint.frame_b, joint.frame_a)
+        pose = ends[branch.turned] @ ends[not branch.turned].inverse()  # at zero coordinates
+        carrier = joint.link_a if branch.turned else joint.link_b
+        if branch.parent in self.divided and carrier != OWN:
+            parent, place = model_links[carrier].name, model_links[carrier].frame.inverse() @ pose
+        else:
+            place = self.frames[branch.parent].inverse() @ pose
+        parts = list(at_start(joint, np.zeros(len(joint.dofs)), branch.turned))
         own = ORIGIN
-        for k, axis, anchor, q in at_start(joint, start, branch.turned):
-            dof = joint.dofs[k]
-            own = Transform(anchor)
-            back = Dof(dof.kind, axis, anchor)
-            pose = pose @ moved(back, -q)  # at zero
+        for k, axis, anchor, _ in parts:
+            dof, name = joint.dofs[k], coordinate_name(joint, k)
+            frame = Transform(anchor)
+            link = child if k == parts[-1][0] else self._massless(f"{name} link")
+            made = self._between(name, parent, link, place @ frame)
+            place, parent = frame.inverse(), link
             ET.SubElement(made, "axis", xyz=words(axis))
-            self._dof(made, dof, joint.name)
-        if not joint.dofs:
-            made.set("type", "fixed")
+            self._dof(made, dof, name)
+            self.names[j, k] = name
+            own = frame
+        if not parts:
+            self._between(joint.name, parent, child, place).set("type", "fixed")
         self.frames[branch.body] = own
-        ET.SubElement(made, "parent", link="world" if parent == WORLD else parent.name)  # type: ignore[union-attr]
-        ET.SubElement(made, "child", link=child.name)  # type: ignore[union-attr]
-        self._origin(made, self.frames[branch.parent].inverse() @ pose @ own)
         pair = tuple(sorted((branch.body, branch.parent)))
         if joint.collide and branch.parent != WORLD and pair not in self.model.excluded_bodies:
             self.lost.append(Lost(f'joint "{joint.name}"', "that its two links touch", "small"))
+
+    def _between(self, name: str, parent: str, child: str, place: Transform) -> ET.Element:
+        made = ET.SubElement(self.root, "joint", name=name)
+        ET.SubElement(made, "parent", link=parent)
+        ET.SubElement(made, "child", link=child)
+        self._origin(made, place)
+        return made
+
+    def _massless(self, name: str) -> str:
+        taken = {link.get("name") for link in self.root if link.tag == "link"}
+        while name in taken or any(body.name == name for body in self.model.bodies):
+            name += "_"
+        ET.SubElement(self.root, "link", name=name)
+        return name
 
     def _dof(self, made: ET.Element, dof: Dof, name: str) -> None:
         free = math.isinf(dof.lower) and math.isinf(dof.upper)
@@ -153,16 +187,47 @@ class _Writer:
             part = self.model.bodies[body]
             if part.gravity_scale != 1:
                 self.lost.append(Lost(f'body "{name}"', f"gravity_scale={part.gravity_scale:g}", "large"))
-            inertial = ET.SubElement(link, "inertial")
-            self._origin(inertial, Transform(back(part.centre_of_mass)))
-            ET.SubElement(inertial, "mass", value=words(part.mass))
-            m = part.inertia
-            names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-            ET.SubElement(inertial, "inertia", {key: words(m[r][c]) for key, (r, c) in names.items()})
-        geoms = [geom for geom in self.model.geoms if geom.body == body]
+            whole = MassProperties(part.mass, part.centre_of_mass, part.inertia)
+            self._inertial(link, self.divided.get(body, whole), back)
+        self._looks(link, name, body, OWN, back)
+        for k, own_link in enumerate(self.model.links if body in self.divided else ()):
+            if own_link.body == body:
+                self._part(k, own_link, name)
+
+    def _part(self, k: int, part: Link, body: str) -> None:
+        """A link that a fixed joint holds on its carrier."""
+        above, frame = body, self.frames[part.body]
+        if part.carrier != OWN:
+            above, frame = self.model.links[part.carrier].name, self.model.links[part.carrier].frame
+        name = part.joint or f"{part.name}_fixed"
+        self._between(name, above, part.name, frame.inverse() @ part.frame).set("type", "fixed")
+        link = ET.SubElement(self.root, "link", name=part.name)
+        # Without <inertial> its shapes would give it a mass.
+        self._inertial(link, MassProperties(part.mass, part.centre_of_mass, part.inertia), ORIGIN)
+        self._looks(link, part.name, part.body, k, part.frame.inverse())
+
+    def _inertial(self, link: ET.Element, solid: MassProperties, back: Transform) -> None:
+        """back: from the frame of the solid to that of the link, which are parallel."""
+        inertial = ET.SubElement(link, "inertial")
+        self._origin(inertial, Transform(back(solid.centre_of_mass)))
+        ET.SubElement(inertial, "mass", value=words(solid.mass))
+        m = solid.inertia
+        names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        ET.SubElement(inertial, "inertia", {key: words(m[r][c]) for key, (r, c) in names.items()})
+
+    def _looks(self, link: ET.Element, name: str, body: int, part: int, back: Transform) -> None:
+        """The geoms and visuals of a link, or of a body with all its links where they are one."""
+
+        def is_on(thing: Geom | Visual) -> bool:
+            return thing.body == body and (body not in self.divided or thing.link == part)
+
+        geoms = [geom for geom in self.model.geoms if is_on(geom)]
         for geom in geoms:
             self._geom(link, geom, back)
         self._contact(link, name, [geom.material for geom in geoms])
+        for visual in self.model.visuals:
+            if is_on(visual):
+                self._visual(link, visual, back)
 
     def _contact(self, link: ET.Element, name: str, materials: Sequence[Material]) -> None:
         """Bullet's <contact>: one material for all of a link."""
@@ -184,6 +249,30 @@ class _Writer:
 
     def _geom(self, link: ET.Element, geom: Geom, back: Transform) -> None:
         shape, who = geom.shape, f'geom "{geom.name}"'
+        geometry = self._geometry(shape)
+        if geometry is None or isinstance(shape, shapes.Mesh):
+            self.lost.append(Lost(who, f"a {type(shape).__name__}, which URDF has no shape for", "large"))
+            return
+        collision = ET.SubElement(link, "collision", name=geom.name)
+        self._origin(collision, back @ geom.frame)
+        collision.append(geometry)
+        if any(geom.surface_velocity) or any(geom.surface_spin) or (geom.category, geom.mask) != (1, 1):
+            self.lost.append(Lost(who, "the velocity of its surface, category or mask", "large"))
+
+    def _visual(self, link: ET.Element, visual: Visual, back: Transform) -> None:
+        geometry = self._geometry(visual.shape)
+        if geometry is None:
+            what = f"a {type(visual.shape).__name__}, which URDF has no shape for"
+            self.lost.append(Lost(f'visual "{visual.name}"', what, "none"))
+            return
+        made = ET.SubElement(link, "visual", {"name": visual.name} if visual.name else {})
+        self._origin(made, back @ visual.frame)
+        made.append(geometry)
+        if visual.colour is not None:
+            rgba = words(*visual.colour)
+            ET.SubElement(ET.SubElement(made, "material", name=f"rgba {rgba}"), "color", rgba=rgba)
+
+    def _geometry(self, shape: Shape | TriangleMesh) -> ET.Element | None:
         geometry = ET.Element("geometry")
         if isinstance(shape, shapes.Sphere):
             ET.SubElement(geometry, "sphere", radius=words(shape.radius))
@@ -192,16 +281,11 @@ class _Writer:
         elif isinstance(shape, shapes.Cylinder | shapes.Capsule):
             tag = type(shape).__name__.lower()
             ET.SubElement(geometry, tag, radius=words(shape.radius), length=words(2 * shape.half_length))
-        elif isinstance(shape, shapes.Hull):
+        elif isinstance(shape, shapes.Hull | shapes.Mesh | TriangleMesh):
             ET.SubElement(geometry, "mesh", filename=self._mesh(shape))
         else:
-            self.lost.append(Lost(who, f"a {type(shape).__name__}, which URDF has no shape for", "large"))
-            return
-        collision = ET.SubElement(link, "collision", name=geom.name)
-        self._origin(collision, back @ geom.frame)
-        collision.append(geometry)
-        if any(geom.surface_velocity) or any(geom.surface_spin) or (geom.category, geom.mask) != (1, 1):
-            self.lost.append(Lost(who, "the velocity of its surface, category or mask", "large"))
+            return None
+        return geometry
 
     def _mesh(self, shape: Any) -> str:
         """A file .obj, which has every digit; a .stl has single precision."""
@@ -215,9 +299,8 @@ class _Writer:
     def _mimics(self) -> None:
         by_name = {made.get("name"): made for made in self.root if made.tag == "joint"}
         for coupling in self.model.couplings:
-            names = [
-                self.model.joints[j].name if j >= 0 else "" for j in (coupling.joint_a, coupling.joint_b)
-            ]
+            ends = ((coupling.joint_a, coupling.dof_a), (coupling.joint_b, coupling.dof_b))
+            names = [self.names.get(end, "") for end in ends]
             made = by_name.get(names[0])
             if made is None or names[1] not in by_name or len(coupling.coefficients) > 2:
                 what = "a coupling that is no line between two joints"

@@ -25,8 +25,8 @@ def write_model(model: Model, path: str | PathLike[str]) -> tuple[Lost, ...]:
     back, with every digit, from attributes that begin with "amontons:". Where somebody has edited a prim, the
     attributes of UsdPhysics count. USD needs usd-core (pip install amontons[usd]).
 
-    MJCF and URDF: the list says what they have no element for. URDF holds one tree of joints with one degree
-    of freedom each, and its meshes are .obj files beside it.
+    MJCF and URDF: the list says what they have no element for. A joint with several degrees of freedom is a
+    row of joints with massless links in URDF, whose meshes are .obj files beside it.
 
     One warning (UnsupportedWarning) lists losses that change the motion.
     Raises InputError or FileError.

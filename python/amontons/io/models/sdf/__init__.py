@@ -29,6 +29,8 @@ GRAVITY = (0.0, 0.0, -9.8)
 """m/s^2, SDF's default"""
 DENSITY = 1000.0
 """kg/m^3, SDF's default"""
+NEWEST = (1, 12)
+"""The latest version of SDF that is read"""
 DEEPEST = 20
 """Files that include each other in a row"""
 
@@ -50,7 +52,10 @@ class Reader:
             raise FileError(f"{element.place}: {what}; correct the file")
         if root.tag != "sdf":
             raise FileError(f"{root.place}: the root is {root}; it must be <sdf>")
-        version(root)
+        if version(root) > NEWEST:
+            newest = ".".join(map(str, NEWEST))
+            what = f"a version after {newest}, whose new elements are not known here"
+            self.issues.add(root, f'version="{root.attributes["version"]}": {what}', "none")
         judge(root, self.issues)
         return root
 
@@ -158,7 +163,7 @@ def read_sdf(path: Path, issues: Issues, limits: Limits) -> Model:
     reader.scope(scope, content, (path.resolve(),))
     scope.place()
     if not scope.inner:
-        raise FileError(f"{path}: holds no model")
+        raise FileError(f"{path}: holds no model; give it a <model>")
     if not worlds or len(scope.inner) == 1:
         _shorten(scope)
     return _Building(reader, scope, content).model()

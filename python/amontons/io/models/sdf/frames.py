@@ -47,7 +47,8 @@ class Scope:
 
     def add(self, name: str, frame: Frame) -> None:
         if not name or name in self.frames:
-            what = "has no name" if not name else "has the name of another one in its model"
+            taken = "has the name of another one in its model; rename one"
+            what = taken if name else "has no name; give it one"
             raise FileError(f"{frame.element.place}: {frame.element} {what}")
         self.frames[name] = frame
 
@@ -65,7 +66,9 @@ class Scope:
             return self.local(first, asked) @ self.inner[first].local(rest, asked)
         frame = self.frames.get(name)
         if frame is None:
-            raise FileError(f'{asked.place}: {asked}: there is no frame "{name}" in {self.element}')
+            raise FileError(
+                f'{asked.place}: {asked}: there is no frame "{name}" in {self.element}; correct the name'
+            )
         if name in self._open:
             way = " -> ".join([*self._open, name])
             raise FileError(f"{asked.place}: {asked}: frames are relative to each other: {way}")
@@ -106,7 +109,9 @@ class Scope:
             return self.link(self.canonical, asked, depth + 1) if self.canonical else _first(self, asked)
         frame = self.frames.get(name)
         if frame is None:
-            raise FileError(f'{asked.place}: {asked}: there is no link or frame "{name}" in {self.element}')
+            raise FileError(
+                f'{asked.place}: {asked}: no link or frame "{name}" in {self.element}; correct the name'
+            )
         if frame.kind == "link":
             return self, name
         if frame.kind == "model":

@@ -91,7 +91,7 @@ class Joints:
     def _end(self, scope: Scope, element: Element, tag: str) -> tuple[int, Transform]:
         child = element.child(tag)
         if child is None or not child.text.strip():
-            raise FileError(f"{element.place}: {element} has no <{tag}>")
+            raise FileError(f"{element.place}: {element} has no <{tag}>; give it one")
         found = scope.link(child.text.strip(), child)
         if found is None:
             return WORLD, ORIGIN

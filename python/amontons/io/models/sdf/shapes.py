@@ -93,7 +93,10 @@ class Shapes:
         path = find(e, uri, self.limits)
         key = str(path), part
         if key not in self.known:
-            self.known[key] = read_mesh(path, part)
+            try:
+                self.known[key] = read_mesh(path, part)
+            except FileError as error:
+                raise FileError(f"{e.place}: {e}: {error}") from None
         mesh = self.known[key]
         if part and flag(e.child("submesh"), "center"):
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

@@ -36,7 +36,9 @@ def floats(element: Element | None, count: int | None = None) -> list[float]:
     try:
         values = [float(word) for word in element.text.split()]
     except ValueError:
-        raise FileError(f'{element.place}: {element}: "{shortened(element.text)}" is no number') from None
+        raise FileError(
+            f'{element.place}: {element}: "{shortened(element.text)}" is no number; give one'
+        ) from None
     if any(math.isnan(x) for x in values) or (count is not None and len(values) != count):
         raise FileError(
             f"{element.place}: {element}: {shortened(element.text.strip()) or 'nothing'} stands where "

@@ -14,6 +14,7 @@ from .building import Building
 from .exact import restored
 from .rules import judge
 from .stage import Scene, open_scene
+from .visuals import read_visuals
 
 
 def read_usd(path: Path, issues: Issues, limits: Limits) -> Model:
@@ -47,7 +48,7 @@ def _model(scene: Scene) -> Model:
     try:
         if (written := restored(building)) is not None:
             return replace(written, unread=(*written.unread, *scene.issues.unread()))
-        return building.model()
+        return replace(building.model(), visuals=read_visuals(building, prims))
     except InputError as error:
         raise FileError(f"{scene.path}: {error}") from None
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import InputError
+from ....errors import FileError, InputError
 from ....model.builder import ModelBuilder
 from ....model.parts import WORLD, Dof, Joint, Motor
 from ....model.transforms import ORIGIN, Transform, Vector3
@@ -39,20 +39,28 @@ class Joints:
             scene.refuse(prim, "this kind of joint", "large")
             return
         if not scene.get(prim, "physics:jointEnabled", True):
+            scene.pass_over(prim)
             return
         (b, frame_b), (a, frame_a) = (self._end(prim, number) for number in (0, 1))
         if a == b:
             if a != WORLD:
                 scene.refuse(prim, "a joint whose two ends are parts of one body", "none")
+            scene.pass_over(prim)
             return
         if all(self._static(end) for end in (a, b)):
+            scene.pass_over(prim)
             return
         swapped = self._static(a)
         if swapped:  # the first body of a joint moves
             a, b, frame_a, frame_b = b, a, frame_b, frame_a
         if float(scene.get(prim, "physics:breakForce", math.inf)) < FREE:
             scene.refuse(prim, "breakForce: joints do not break")
-        self._fields(prim, kind, name, Joint(name, "chain", a, b, frame_a, frame_b), swapped)
+        try:
+            self._fields(prim, kind, name, Joint(name, "chain", a, b, frame_a, frame_b), swapped)
+        except FileError:
+            raise
+        except InputError as error:
+            raise scene.error(prim, error) from None
 
     def _fields(self, prim: Any, kind: str, name: str, joint: Joint, swapped: bool) -> None:
         scene, sign = self.scene, -1.0 if swapped else 1.0
@@ -114,7 +122,10 @@ class Joints:
         return WORLD
 
     def _axis(self, prim: Any) -> str:
-        return str(self.scene.get(prim, "physics:axis", "X"))
+        axis = str(self.scene.get(prim, "physics:axis", "X"))
+        if axis not in AXES:
+            raise self.scene.error(prim, f'physics:axis = "{axis}"; it must be X, Y or Z')
+        return axis
 
     def _one(self, prim: Any, kind: str, sign: float) -> dict[str, Dof]:
         turns = kind == "Revolute"

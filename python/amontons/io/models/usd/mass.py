@@ -35,7 +35,7 @@ def body_mass(scene: Scene, prim: Any, scale: Any, parts: list[Part]) -> tuple[M
     for part in parts:
         if not (part.shape.static_only and part.shape.core is None):
             total = total + _of_part(scene, part, own_density)
-    mass = scene.number(prim, "physics:mass") * scene.kilogram
+    mass = _mass(scene, prim)
     if mass <= 0 and not total.mass:
         mass = scene.kilogram
     if mass > 0:
@@ -60,13 +60,24 @@ def _none() -> tuple[Any, Any]:
 
 
 def _density(scene: Scene, prim: Any) -> float:
-    return scene.number(prim, "physics:density") * scene.kilogram / scene.metre**3
+    return _not_negative(scene, prim, "physics:density") * scene.kilogram / scene.metre**3
+
+
+def _mass(scene: Scene, prim: Any) -> float:
+    return _not_negative(scene, prim, "physics:mass") * scene.kilogram
+
+
+def _not_negative(scene: Scene, prim: Any, name: str) -> float:
+    value = scene.number(prim, name)
+    if value < 0 or math.isinf(value):
+        raise scene.error(prim, f"{name} = {value:g}; it must be positive, or 0 where it follows from shapes")
+    return value
 
 
 def _of_part(scene: Scene, part: Part, own_density: float) -> MassProperties:
     density = _density(scene, part.prim) or own_density or part.density or DENSITY
     solid = part.shape.mass_properties(density)
-    given = scene.number(part.prim, "physics:mass") * scene.kilogram
+    given = _mass(scene, part.prim)
     if given > 0 and solid.mass:
         solid = solid.scaled(given / solid.mass)
     return solid.moved(part.frame)

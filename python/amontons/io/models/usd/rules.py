@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..rules import words
 from .stage import Scene, applied
 
@@ -20,6 +22,7 @@ APIS = words(
 )
 """Applied schemas whose attributes are judged one by one"""
 QUIET = words(
+    "physics:dynamicFriction physics:staticFriction physics:restitution physics:density physics:axis "
     "physics:startsAsleep physics:simulationOwner physics:breakForce physics:breakTorque "
     "physics:jointEnabled physics:approximation physics:rigidBodyEnabled physics:kinematicEnabled "
     "physxCollision:contactOffset physxJoint:maxJointVelocity "
@@ -33,7 +36,7 @@ QUIET = words(
 """Attributes that belong to the solver of PhysX, or change nothing here"""
 QUIET_PARTS = (
     "physxScene:", "physxArticulation:", "state:", "physxConvex", "physxTriangle", "physxSDF",
-    "physxContactReport", "physxVisual",
+    "physxContactReport", "physxVisual", "physics:tensor:", "physics:engine",
 )  # fmt: skip
 PARTS = ("physics:", "physx", "drive:", "limit:", "newton:", "mjc:")
 """Beginnings of names of attributes of physics"""
@@ -42,7 +45,10 @@ PARTS = ("physics:", "physx", "drive:", "limit:", "newton:", "mjc:")
 def judge(scene: Scene, prims: list[Any]) -> None:
     """Lists schemas that are not known, and attributes that are written and nobody asked for."""
     for prim in prims:
+        if str(prim.GetPath()) in scene.idle:
+            continue
         kind = str(prim.GetTypeName())
+        effect = "none" if kind == "PhysicsScene" else "small"  # of a scene they are those of a solver
         if kind.startswith("Physx"):
             if not kind.endswith("Joint"):
                 scene.refuse(prim, "this kind of prim", "large")
@@ -51,11 +57,11 @@ def judge(scene: Scene, prims: list[Any]) -> None:
         for schema in applied(prim):
             name = schema.partition(":")[0]
             if name.startswith(("Physics", "Physx", "Newton", "Mjc")) and name not in APIS:
-                scene.refuse(prim, f"{name}: this schema", "small")
+                scene.refuse(prim, f"{name}: this schema", effect)
         for attribute in prim.GetAuthoredProperties():
             name = attribute.GetName()
             if name.startswith(PARTS) and not _known(scene, name) and _says_something(attribute):
-                scene.refuse(prim, f"{name}: this attribute")
+                scene.refuse(prim, f"{name}: this attribute", effect)
 
 
 def _known(scene: Scene, name: str) -> bool:
@@ -65,6 +71,10 @@ def _known(scene: Scene, name: str) -> bool:
 def _says_something(attribute: Any) -> bool:
     """Whether it has a value that is not zero."""
     value = attribute.Get() if hasattr(attribute, "Get") else attribute.GetTargets()
+    try:
+        return value is not None and bool(np.any(np.array(value, dtype=np.float64)))
+    except (TypeError, ValueError):
+        pass
     try:
         return value is not None and bool(value)
     except (TypeError, ValueError):

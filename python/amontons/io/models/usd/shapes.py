@@ -38,17 +38,25 @@ class Colliders:
 
     def read(self, prim: Any, frame: Transform, *, moves: bool) -> tuple[Shape, Transform] | None:
         """The shape of a gprim and its place in a body whose frame in the world is given; None is listed."""
-        linear, origin = self.scene.matrix(prim)
-        back = np.array(rotation_matrix(frame.rotation)).T
-        linear = back @ linear
-        at = tuple((back @ (origin - np.array(frame.position))).tolist())
+        linear, at = self._seen_from(frame, prim)
         try:
             found = self._shape(prim, linear, moves=moves)
         except InputError as error:
             if isinstance(error, FileError):
                 raise
             raise self.scene.error(prim, error) from None
-        return None if found is None else (found[0], Transform(at) @ found[1])
+        return None if found is None else (found[0], at @ found[1])
+
+    def _seen_from(self, frame: Transform, prim: Any) -> tuple[Array, Transform]:
+        """Linear map and origin of a prim in a frame of the world."""
+        linear, origin = self.scene.matrix(prim)
+        back = np.array(rotation_matrix(frame.rotation)).T
+        return back @ linear, Transform(tuple((back @ (origin - np.array(frame.position))).tolist()))
+
+    def surface(self, prim: Any, frame: Transform) -> tuple[shapes.Mesh, Transform]:
+        """The triangles of a Mesh as they look, whatever collides in their place."""
+        linear, at = self._seen_from(frame, prim)
+        return scaled(self.triangles(prim), self.scene.metre * linear), at
 
     def _shape(self, prim: Any, linear: Array, *, moves: bool) -> tuple[Shape, Transform] | None:
         kind = str(prim.GetTypeName())
@@ -137,9 +145,13 @@ class Colliders:
         counts = np.array(get(prim, "faceVertexCounts", []), dtype=np.int64)
         corners = np.array(get(prim, "faceVertexIndices", []), dtype=np.int64)
         if counts.sum() != len(corners) or not len(corners) or (counts < 0).any():
-            raise self.scene.error(prim, "faceVertexCounts and faceVertexIndices do not fit together")
+            raise self.scene.error(
+                prim, "faceVertexCounts and faceVertexIndices do not fit together; export it again"
+            )
         if corners.min() < 0 or corners.max() >= len(points):
-            raise self.scene.error(prim, f"a face names point {corners.max()}; there are {len(points)}")
+            raise self.scene.error(
+                prim, f"a face names point {corners.max()}; there are {len(points)}; export it again"
+            )
         starts = np.concatenate(([0], np.cumsum(counts)[:-1]))
         cuts = np.maximum(counts - 2, 0)
         first = np.repeat(starts, cuts)
@@ -168,7 +180,7 @@ class Colliders:
         scene = self.scene
         dynamic = scene.number(prim, "physics:dynamicFriction")
         static = scene.number(prim, "physics:staticFriction")
-        if static < dynamic:
+        if static < dynamic and prim.GetAttribute("physics:staticFriction").HasAuthoredValue():
             scene.refuse(prim, f"staticFriction {static:g} below the dynamicFriction {dynamic:g}")
         stiffness = scene.number(prim, "physxMaterial:compliantContactStiffness") * scene.kilogram
         damping = scene.number(prim, "physxMaterial:compliantContactDamping") * scene.kilogram

@@ -25,17 +25,13 @@ Y_UP = axis_angle((1.0, 0.0, 0.0), math.pi / 2)
 
 @dataclass(frozen=True)
 class At:
-    """Where a prim is, for the list of what was not read."""
+    """Where a prim is, for the list of what was not read; in words, as the stage may be gone by then."""
 
-    path: Path
-    prim: Any
-
-    @property
-    def place(self) -> str:
-        return f"{self.path}:{self.prim.GetPath()}"
+    place: str
+    kind: str
 
     def __str__(self) -> str:
-        return f"{self.prim.GetTypeName() or 'prim'}"
+        return self.kind
 
 
 @dataclass
@@ -53,15 +49,21 @@ class Scene:
     cache: Any
     read: set[str] = field(default_factory=set)
     """names of attributes that have been asked for"""
+    idle: set[str] = field(default_factory=set)
+    """paths of prims that change nothing, as joints between two fixed bodies"""
 
     def at(self, prim: Any) -> At:
-        return At(self.path, prim)
+        return At(f"{self.path}:{prim.GetPath()}", str(prim.GetTypeName() or "prim"))
 
     def error(self, prim: Any, what: object) -> FileError:
         return FileError(f"{self.path}:{prim.GetPath()}: {what}")
 
     def refuse(self, prim: Any, what: str, effect: str = "small") -> None:
         self.issues.add(self.at(prim), what, effect)
+
+    def pass_over(self, prim: Any) -> None:
+        """Notes that nothing that a prim says changes the motion."""
+        self.idle.add(str(prim.GetPath()))
 
     def get(self, prim: Any, name: str, default: Any = None) -> Any:
         """The value of an attribute, of its schema if none is written; else the default."""
@@ -73,7 +75,7 @@ class Scene:
     def number(self, prim: Any, name: str, default: float = 0.0) -> float:
         value = float(self.get(prim, name, default))
         if math.isnan(value):
-            raise self.error(prim, f"{name} is not a number")
+            raise self.error(prim, f"{name} is not a number; correct it")
         return value
 
     def targets(self, prim: Any, name: str) -> list[Any]:
@@ -95,7 +97,7 @@ class Scene:
         """Linear map (3, 3), scales included, and origin (3,) of a prim in the world (m)."""
         m = np.array(self.cache.GetLocalToWorldTransform(prim), dtype=np.float64)
         if not np.isfinite(m).all():
-            raise self.error(prim, "its place is not finite")
+            raise self.error(prim, "its place is not finite; correct its transformations")
         turn = np.array(rotation_matrix(self.upright))
         return turn @ m[:3, :3].T, self.metre * (turn @ m[3, :3])
 
@@ -149,7 +151,8 @@ def open_scene(path: Path, issues: Issues, limits: Limits) -> Scene:
     except Tf.ErrorException as error:
         raise _damaged(path, error) from None
     except RuntimeError as error:
-        raise FileError(f"{path}: is no scene of USD ({' '.join(str(error).split())[:200]})") from None
+        reason = " ".join(str(error).split())[:200]
+        raise FileError(f"{path}: is no scene of USD ({reason}); export it again") from None
     count = 0
     for count, _ in enumerate(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()), 1):
         if count > limits.elements:
@@ -161,7 +164,9 @@ def open_scene(path: Path, issues: Issues, limits: Limits) -> Scene:
         raise FileError(f"{path}: holds no prim")
     metre, kilogram = UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
     if not (0 < metre < math.inf and 0 < kilogram < math.inf):
-        raise FileError(f"{path}: metersPerUnit = {metre:g} and kilogramsPerUnit = {kilogram:g} must be > 0")
+        raise FileError(
+            f"{path}: metersPerUnit = {metre:g} and kilogramsPerUnit = {kilogram:g} must be > 0; correct them"
+        )
     upright = Y_UP if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else IDENTITY
     cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     return Scene(path, stage, issues, metre, kilogram, upright, cache)
@@ -173,7 +178,8 @@ def _damaged(path: Path, error: Exception) -> FileError:
     found = re.search(r": '([^']*?):(\d+):\d+: (.*?)'", said) or re.search(r": '()()(.*?)'", said)
     file, line, what = found.groups() if found else ("", "", said)
     place = f"{file}:{line}" if line else f"{path}"
-    return FileError(f"{place}: is damaged, or no scene of USD: {what.strip()[:240]}")
+    what = re.sub(r"^parse error matching \S*pegtl.*", "something here has no end", what.strip())
+    return FileError(f"{place}: is damaged, or no scene of USD: {what[:240]}; export it again")
 
 
 def _require_layers(path: Path, limits: Limits, issues: Issues) -> None:
@@ -190,7 +196,7 @@ def _require_layers(path: Path, limits: Limits, issues: Issues) -> None:
         layer = Sdf.Layer.FindOrOpen(name)
         if layer is None:
             if name == str(path):
-                raise FileError(f"{path}: is no scene of USD")
+                raise FileError(f"{path}: is no scene of USD; export it again")
             continue  # the stage warns of it, and what it held is missing
         if name == str(path):
             layer.Reload()  # the file may have changed since another stage opened it

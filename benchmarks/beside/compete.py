@@ -1,0 +1,194 @@
+"""Engines in turns on one scene, and the check of times that CI makes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+from statistics import median
+from typing import Any
+
+import numpy as np
+from common import processor
+
+from .engine import Engine, Running, engines
+from .measure import Measure
+from .pieces import deviation
+from .plain import Motion, Scene, Unsupported
+from .scenes import Case
+
+PARTS = 20
+"""A run is so many parts, after each of which the others have their turn."""
+REFERENCE, OURS = "MuJoCo", "amontons, 1e-6"
+Row = dict[str, Any]
+
+
+@dataclass
+class Entry:
+    """An engine with a scene under way."""
+
+    engine: Engine
+    running: Running
+    measure: Measure
+    times: list[float] = field(default_factory=list)
+    """s per step of each part"""
+    forces: bool = True
+    """whether it tells them"""
+    why: str = ""
+    """it made no further part"""
+    restored: float | str = ""
+    repeated: float | str = ""
+    deviation: float | str = ""
+    early: Motion | None = None
+    """after a quarter of the run"""
+
+
+def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: int = 1) -> list[Row]:
+    """A row per engine; the parts of all are made in turns."""
+    model = case.make()
+    scene = case.scene(model)
+    dt = case.dt / steps_per_dt
+    steps = max(1, round(case.duration / dt / PARTS))
+    entries, missing = [], []
+    for engine in chosen:
+        try:
+            running = engine.start(scene, dt)
+        except Unsupported as lack:
+            missing.append(lacking(case, engine, steps_per_dt, f"no {lack}"))
+            continue
+        forces = bool(scene.geoms)  # of bodies that touch; a file has none here
+        entries.append(Entry(engine, running, Measure(case, model, scene, PARTS), forces=forces))
+    for _ in range(PARTS):
+        for entry in entries:
+            if not entry.why:
+                go_on(entry, steps, dt, limit)
+    reference = next((e.times for e in entries if e.engine.name == REFERENCE), [])
+    for entry in entries:
+        if not entry.why and steps_per_dt == 1:
+            entry.restored = restored(entry.running, steps)
+        if case.repeats and entry.early is not None:
+            entry.repeated = repeated(entry, scene, dt, steps * PARTS // 4)
+        if case.pieces:
+            entry.deviation = deviation(entry.engine, scene, case, steps_per_dt)
+        entry.running.close()
+    missing += [lacking(case, e.engine, steps_per_dt, e.why) for e in entries if not e.times]
+    for row in missing:
+        print(f"beside: {case.name}: {row['engine']}: {row['ended']}")
+    return [row_of(case, entry, steps, steps_per_dt, reference) for entry in entries if entry.times]
+
+
+def go_on(entry: Entry, steps: int, dt: float, limit: float) -> None:
+    try:
+        time = entry.running.advance(steps)
+        motion = entry.running.motion()
+    except Unsupported as missing:
+        entry.why = f"no {missing}"
+        return
+    entry.times.append(time / steps)
+    entry.measure.look(motion)
+    if len(entry.times) == PARTS // 4:
+        entry.early = motion
+    if entry.forces and not entry.measure.lost:
+        try:
+            entry.measure.judge(motion, entry.running.contacts(), dt)
+        except Unsupported:
+            entry.forces = False
+    spent = sum(entry.times) * steps
+    if spent > limit or spent * PARTS / len(entry.times) > 4 * limit:
+        entry.why = f"{limit:g} s of processor time"
+    if entry.measure.lost:
+        entry.why = "lost its bodies"
+
+
+def restored(running: Running, steps: int) -> float | str:
+    """How far apart bodies come after a saved state, gone on from it at once and after it was restored (m);
+    blank where the engine, or our way into it, saves none."""
+    try:
+        running.save()
+        running.advance(steps)
+        first = running.motion()
+        running.restore()
+        running.advance(steps)
+    except Unsupported:
+        return ""
+    return float(np.abs(running.motion().positions - first.positions).max())
+
+
+def repeated(entry: Entry, scene: Scene, dt: float, steps: int) -> float | str:
+    """How far apart bodies are after a quarter of the run, made twice, the second time on two threads where
+    an engine has them (m)."""
+    assert entry.early is not None
+    try:
+        again = entry.engine.start(scene, dt, threads=2)
+        again.advance(steps)
+        found = again.motion()
+        again.close()
+    except Unsupported:
+        return ""
+    return float(np.abs(found.positions - entry.early.positions).max())
+
+
+def lacking(case: Case, engine: Engine, steps_per_dt: int, why: str) -> Row:
+    return {"scene": case.key, "engine": engine.name, "steps_per_dt": steps_per_dt, "ended": why}
+
+
+def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: Sequence[float]) -> Row:
+    """`step`: the mean (s); `ratio`: to the reference, the median of equal parts, so that a disturbance of
+    some parts does not count. `load`: programs that ran in the last minute, over all cores."""
+    pairs = list(zip(entry.times, reference, strict=False))
+    done = len(entry.times) / PARTS
+    mean = sum(entry.times) / len(entry.times)
+    dt = case.dt / steps_per_dt
+    variant = entry.engine.variant
+    return {
+        "scene": case.key, "case": case.name, "family": entry.engine.key, "engine": variant.name,
+        "version": entry.running.version, "options": " ".join(f"{k}={v}" for k, v in variant.options.items()),
+        "manual": variant.manual, "tuned": variant.tuned, "steps_per_dt": steps_per_dt, "dt": dt,
+        "steps": steps * len(entry.times), "step": mean, "cost": mean / dt,
+        "ratio": median(a / b for a, b in pairs) if pairs else "",
+        **entry.measure.verdict(done), "restored": entry.restored, "repeated": entry.repeated,
+        "deviation": entry.deviation, "ended": "" if done == 1 else entry.why,
+        "timed": steps * len(entry.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
+        "timed_on": date.today().isoformat(), "date": date.today().isoformat(),
+    }  # fmt: skip
+
+
+def ratios(rows: Iterable[Mapping[str, Any]]) -> dict[str, float]:
+    """Our time over MuJoCo's by scene, both as they are by default, at the scene's step."""
+    return {
+        r["scene"]: float(r["ratio"])
+        for r in rows
+        if r["engine"] == OURS and r["ratio"] != "" and str(r["steps_per_dt"]) == "1"
+    }
+
+
+def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Scenes whose ratio has more than doubled, and what to say of each."""
+    now, then = ratios(rows), ratios(before)
+    return {
+        case: f"{case}: {now[case]:.2g} times MuJoCo's time, it was {then[case]:.2g}"
+        for case in now
+        if case in then and now[case] > 2 * then[case]
+    }
+
+
+def checked(rows: list[Any], before: Sequence[Mapping[str, Any]], cases: Iterable[Case], limit: float) -> int:
+    """Complains of the scenes that are slower now, and again when they alone are run once more."""
+    suspects = slower(rows, before)
+    again: list[Row] = []
+    for case in cases:
+        if case.key in suspects:
+            both = [e for e in engines("amontons", "mujoco") if e.name in (OURS, REFERENCE)]
+            again += compete(case, both, limit)
+    complaints = slower(again, before)
+    for complaint in complaints.values():
+        print(f"beside: slower than twice: {complaint}")
+    return bool(complaints)
+
+
+def shown(r: Mapping[str, Any]) -> str:
+    text = (
+        f"{r['case']}, {r['engine']}, {1e3 * float(r['dt']):g} ms: {1e6 * float(r['step']):.3g} us a step, "
+    )
+    return f"{text}off by {1e3 * float(r['off']):.2g} mm" + (f" ({r['ended']})" if r["ended"] else "")

@@ -1,0 +1,70 @@
+"""Runs one engine in the environment of its own: reads a JSON object per line, answers with one.
+
+    python -m beside.worker in_mujoco
+
+start (scene, dt, options), advance (steps), motion, contacts, save, restore, close; `where` tells which of
+several scenes. Times are processor time of this process (s).
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import sys
+from time import process_time
+from typing import Any
+
+from .plain import Scene, Unsupported
+
+
+def answer(adapter: Any, running: dict[int, Any], order: dict[str, Any]) -> dict[str, Any]:
+    where, what = order["where"], order["do"]
+    if what == "start":
+        scene = Scene.from_dict(order["scene"])
+        running[where] = adapter.start(scene, order["dt"], order["options"])
+        return {"version": adapter.version()}
+    scene = running[where]
+    if what == "advance":
+        begin = process_time()
+        scene.advance(order["steps"])
+        return {"time": process_time() - begin}
+    if what == "motion":
+        m = scene.motion()
+        return {key: getattr(m, key).tolist() for key in ("positions", "orientations", "linear", "angular")}
+    if what == "contacts":
+        if not hasattr(scene, what):
+            raise Unsupported("forces to tell")
+        return {what: scene.contacts()}
+    if what in ("save", "restore"):
+        if not hasattr(scene, what):
+            raise Unsupported("state to save and restore")
+        getattr(scene, what)()
+        return {}
+    if what == "close":
+        if hasattr(scene, "close"):
+            scene.close()
+        del running[where]
+        return {}
+    raise ValueError(what)
+
+
+def main() -> None:
+    # Engines print as they like: that goes to the error output, answers go to the real one.
+    out = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    adapter = importlib.import_module(f"beside.{sys.argv[1]}")
+    running: dict[int, Any] = {}
+    for line in sys.stdin:
+        try:
+            found = json.dumps(answer(adapter, running, json.loads(line)))
+        except Unsupported as missing:
+            found = json.dumps({"unsupported": str(missing)})
+        except Exception as error:
+            why = f"way on: {type(error).__name__}: {' '.join(str(error).split())[:160]}"
+            found = json.dumps({"unsupported": why})
+        print(found, file=out, flush=True)
+
+
+if __name__ == "__main__":
+    main()

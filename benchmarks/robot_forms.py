@@ -1,0 +1,146 @@
+"""One model file with joints as rows, with trees, and in MuJoCo: the worker of robots.py --trees both.
+
+    python benchmarks/robot_forms.py FILE --duration 2 --dt 2e-3 --limit 60
+
+All three have the same step and the same constant random controls, and take turns of 50 steps, so that what
+else runs on the machine slows all of them alike. Prints a JSON object: medians of processor time per step,
+and what each form reached.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+from time import perf_counter, thread_time_ns
+from typing import Any
+
+import amontons
+import mujoco
+import numpy as np
+from robot_motion import mujoco_actuator
+from robot_run import our_model, their_model, with_floor
+from robot_trials import SHARE, joint_error
+
+TURN = 50
+"""Steps of one program before the next one has its turn."""
+WARM = 0.1
+"""Share of the steps, at the start, whose times do not count."""
+FORMS = {"rows": "none", "trees": "auto"}
+"""Names of the columns, and values of Model.trees."""
+
+
+class Ours:
+    """A simulation, and the sums over its steps."""
+
+    def __init__(self, model: amontons.Model, dt: float, controls: dict[str, float]) -> None:
+        self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore")
+        for name, value in controls.items():
+            self.simulation.set_control(name, value)
+        self.times: list[float] = []
+        self.missed = 0
+        self.residual = self.joint_error = self.joint_rows = self.contacts = 0.0
+
+    def step(self) -> None:
+        before = thread_time_ns()
+        report = self.simulation.step()
+        self.times.append(1e-9 * (thread_time_ns() - before))
+        self.missed += not report.converged
+        self.residual = max(self.residual, report.residual)
+        self.joint_error = max(self.joint_error, joint_error(report, self.simulation.model.length))
+        self.joint_rows += report.joint_rows
+        self.contacts += report.contacts
+
+    def facts(self, form: str) -> dict[str, Any]:
+        steps = max(1, len(self.times))
+        return {
+            form: median(counted(self.times)), f"{form}_missed": self.missed,
+            f"{form}_residual": self.residual, f"{form}_joint_error": self.joint_error,
+            f"{form}_joint_rows": self.joint_rows / steps, f"{form}_contacts": self.contacts / steps,
+            f"{form}_longest": max(self.times),
+        }  # fmt: skip
+
+
+class Theirs:
+    """The same in MuJoCo, with the integrator of the file."""
+
+    def __init__(self, m: Any, dt: float, controls: dict[str, float]) -> None:
+        m.opt.timestep = dt
+        self.model, self.data, self.times = m, mujoco.MjData(m), []
+        for name, value in controls.items():
+            self.data.ctrl[mujoco_actuator(m, name)] = value
+
+    def step(self) -> None:
+        before = thread_time_ns()
+        mujoco.mj_step(self.model, self.data)
+        self.times.append(1e-9 * (thread_time_ns() - before))
+
+
+def counted(times: list[float]) -> list[float]:
+    return times[int(WARM * len(times)) :]
+
+
+def random_controls(model: amontons.Model) -> dict[str, float]:
+    rng, chosen = np.random.default_rng(1), {}
+    for drive in model.actuators:
+        low, high = drive.lower_control, drive.upper_control
+        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
+        chosen[drive.name] = min(max(0.0, low), high) + SHARE * (high - low) * float(rng.uniform(-1, 1))
+    return chosen
+
+
+def compare(options: argparse.Namespace) -> dict[str, Any]:
+    start = perf_counter()
+    model, facts = our_model(options.file)
+    row = {key: facts[key] for key in ("load", "what")}
+    floor = None
+    if model is not None and options.urdf:
+        model, floor = with_floor(model)
+    theirs, row["mujoco_refuses"] = their_model(options.file, options.urdf, floor)
+    if model is None:
+        return row
+    controls = random_controls(model)
+    ours = {form: Ours(replace(model, trees=trees), options.dt, controls) for form, trees in FORMS.items()}
+    others = [] if theirs is None else [Theirs(theirs, options.dt, controls)]
+    row["wanted_steps"] = math.ceil(options.duration / options.dt - 1e-9)
+    row["stopped"] = ""
+    row["steps"] = 0
+    while row["steps"] < row["wanted_steps"] and perf_counter() < start + 0.9 * options.limit:
+        try:
+            for program in (*ours.values(), *others):
+                for _ in range(min(TURN, row["wanted_steps"] - row["steps"])):
+                    program.step()
+        except amontons.SimulationError as error:
+            row["stopped"] = str(error)[:300]
+            break
+        row["steps"] = len(ours["rows"].times)
+    if row["steps"] == 0:
+        return row
+    for form, run in ours.items():
+        row |= run.facts(form)
+    row["trees_to_rows"] = row["trees"] / row["rows"]
+    row["run_trees_to_rows"] = sum(counted(ours["trees"].times)) / sum(counted(ours["rows"].times))
+    if others:
+        row["mujoco"] = median(counted(others[0].times))
+        row["trees_to_mujoco"] = row["trees"] / row["mujoco"]
+    return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--duration", type=float, default=2.0)
+    parser.add_argument("--dt", type=float, default=2e-3)
+    parser.add_argument("--limit", type=float, default=60.0)
+    parser.add_argument("--urdf", action="store_true")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore", amontons.StepWarning)
+    print(json.dumps(compare(options)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
