@@ -81,7 +81,7 @@ std::vector<Index> bodies_of(const Place& p) {
 
 // Parts to the sides of their rubs. A part between two rubs gives the second one what its own body adds, and
 // the rest to the first: how they are shared changes only what the knot is.
-std::vector<Place> places_of(const Course& course) {
+std::vector<Place> places_of(const TendonCourse& course) {
   std::vector<Place> places;
   for (const Rub& rub : course.rubs) places.push_back({ratio_of(rub.grip), rub.body, {}, {}});
   places.front().left.bodies = course.parts.front().row;
@@ -179,7 +179,7 @@ void append_place(const RowInput& in, const Place& p, Index auxiliary, RowTerms 
 
 void append_rope_rows(const RowInput& in, Index tendon, std::size_t first, JointRows& rows) {
   const Tendon& d = in.model.description().tendons[tendon];
-  const Course course = course_of(in.model, in.bodies.frames, d);
+  const TendonCourse course = course_of(in.model, in.bodies.frames, d);
   WideRow whole;
   double length = 0, lightest = 0;
   for (const Line& part : course.parts) {

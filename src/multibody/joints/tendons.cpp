@@ -17,7 +17,7 @@ namespace {
 // The whole length of a path.
 Line spatial(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
   if (tendon.path.empty()) return {};
-  Course course = course_of(model, bodies, tendon);
+  TendonCourse course = course_of(model, bodies, tendon);
   Line line = std::move(course.parts.front());
   for (std::size_t i = 1; i < course.parts.size(); ++i) {
     const Line& part = course.parts[i];
