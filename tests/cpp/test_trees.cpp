@@ -166,7 +166,7 @@ TEST(free_trees_obey_the_equations_of_motion_at_second_order) {
   for (const double h : {1e-3, 5e-4}) {
     make_tree_masses(*t.model, t.forest, t.state, t.frames, h, h, t.step);
     BodyVelocities free = t.start;
-    make_free_tree_velocities(*t.model, t.forest, t.state, h, h, t.frames, t.start, loads, t.step, free);
+    make_free_tree_velocities(*t.model, t.forest, h, h, t.frames, t.start, loads, t.step, free);
     foresee_tree_velocities(*t.model, t.forest, t.state, h, h, t.frames, t.start, {}, t.step, free);
     const std::vector<double> after = t.rates(free);
     std::vector<double> mean, rise;
