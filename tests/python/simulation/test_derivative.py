@@ -396,3 +396,5 @@ def test_wrong():
             sim.derivative(**arguments)
     with pytest.raises(amontons.InputError, match="cotangent has 3 entries"):
         sim.derivative().vjp(np.zeros(3))
+    with pytest.raises(amontons.InputError, match="rates has 3 entries"):
+        sim.derivative().vjp(np.zeros(2 * sim.model.nv), np.zeros(3))
