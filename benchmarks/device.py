@@ -97,10 +97,11 @@ def per_iteration(iterate: Any, method: str, rows: int, seconds: float) -> float
 
 
 def on_cpu(problem: amontons.Problem, method: str) -> float:
-    """s of one iteration of the compiled passes, on all cores."""
+    """s of one iteration of the compiled passes, on all cores: a long solve less a short one. Of too few
+    iterations the preparation of the problem, which both contain, would hide the difference."""
     options = dict(method=method, law="coulomb", tolerance=0)
-    few, many = (min(problem.solve(max_iterations=n, **options).time for _ in range(3)) for n in (2, 12))
-    return max(many - few, 0) / 10
+    few, many = (min(problem.solve(max_iterations=n, **options).time for _ in range(2)) for n in (2, 102))
+    return max(many - few, 0) / 100
 
 
 def fits_host(contacts: int) -> bool:
