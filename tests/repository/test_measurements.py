@@ -326,8 +326,8 @@ def test_slider_crank_with_clearance(measured, tmp_path):
     # The slider stays in its guide, within the depth to which contacts may overlap.
     assert np.abs(found["places"][:, 2]).max() < 1.01 * measured.clearances.CLEARANCE
     assert found["touches"] > 0
-    # Velocities of an instant go on from v- to v+ by half a step. If they turn by a in a step, their square is
-    # |(3 v+ - v-) / 2|^2 = (1 + 3 a^2 / 4) v^2. A step with a blow keeps v+, and the next one has this again.
+    # Velocities of an instant go on from v- to v+ by half a step. If they turn by a in a step, their square
+    # is |(3 v+ - v-) / 2|^2 = (1 + 3 a^2 / 4) v^2. A step with a blow keeps v+; the next one has this again.
     assert np.diff(found["energies"]).max() < 0.75 * (crank * dt) ** 2 * found["energies"][0]
 
 
