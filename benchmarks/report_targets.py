@@ -24,6 +24,7 @@ class Results:
         self.kernel, self.sets = read_csv(folder / "kernel.csv"), read_csv(folder / "instruction_sets.csv")
         self.profile = read_csv(folder / "profile.csv")
         self.simulation, self.physics = read_csv(folder / "simulation.csv"), read_csv(folder / "physics.csv")
+        self.orders = read_csv(folder / "orders.csv")
         self.rollout, self.studies = read_csv(folder / "rollout.csv"), read_csv(folder / "studies.csv")
         self.beside, self.solvers = (
             read_csv(folder.parent / "beside" / f"{name}.csv") for name in ("beside", "solvers")

@@ -30,6 +30,7 @@ PARTS = (
     "steps",
     "simulation",
     "physics",
+    "orders",
     "measurements",
     "robots",
     "rollout",

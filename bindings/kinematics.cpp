@@ -36,18 +36,6 @@ nb::tuple coordinates(const Tree& tree, const State& state) {
   return nb::make_tuple(to_numpy(std::move(c.q)), to_numpy(std::move(c.qd)));
 }
 
-// The mean accelerations of the last step: the change of qd over the step.
-OutVector rates(const Tree& tree, const Simulation& s) {
-  const State& before = s.last_state();
-  std::vector<double> qdd(tree.nv());
-  if (!before.positions.empty()) {
-    const std::vector<double> first = read_coordinates(tree, before).qd,
-                              last = read_coordinates(tree, s.state()).qd;
-    for (std::size_t i = 0; i < qdd.size(); ++i) qdd[i] = (last[i] - first[i]) / s.options().dt;
-  }
-  return to_numpy(std::move(qdd));
-}
-
 std::span<const unsigned char> flags(const Tree& tree, const Bytes& held) {
   AMONTONS_REQUIRE(held.shape(0) == tree.nv(), "held needs one entry per velocity");
   return {held.data(), tree.nv()};
@@ -209,7 +197,9 @@ void bind_kinematics(nb::module_& m) {
       .def(
           "coordinates", [](const Tree& tree, const Simulation& s) { return coordinates(tree, s.state()); },
           nb::arg("simulation"))
-      .def("rates", &rates, nb::arg("simulation"))
+      .def(
+          "rates", [](const Tree&, const Simulation& s) { return to_numpy(s.accelerations()); },
+          nb::arg("simulation"))
       .def("set_q", &set_q, nb::arg("simulation"), nb::arg("q"), nb::arg("held"))
       .def("set_qd", &set_qd, nb::arg("simulation"), nb::arg("qd"), nb::arg("held"))
       .def("joint_coordinates", &joint_coordinates, nb::arg("simulation"))

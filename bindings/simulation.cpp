@@ -85,6 +85,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.orientations, saved.orientations);
   copy(state.linear_velocities, saved.linear_velocities);
   copy(state.angular_velocities, saved.angular_velocities);
+  copy(state.middle_velocities, saved.middle_velocities);
   copy(state.forces, saved.forces);
   copy(state.torques, saved.torques);
   copy(state.coordinates, saved.coordinates);
@@ -98,12 +99,17 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.dof_slips, saved.dof_slips);
   copy(state.rub_impulses, saved.rub_impulses);
   copy(state.controls, saved.controls);
+  copy(state.held_forces, saved.held_forces);
+  copy(state.held_torques, saved.held_torques);
+  copy(state.held_controls, saved.held_controls);
+  copy(state.held_joint_forces, saved.held_joint_forces);
   copy(state.activations, saved.activations);
   copy(state.actuator_impulses, saved.actuator_impulses);
   state.contacts = saved.contacts;
   state.time = saved.time;
   state.steps = saved.steps;
   state.impulse_step = saved.impulse_step;
+  state.last_step = saved.last_step;
 }
 
 // Pairs of geoms that began to carry a force in the last step, and pairs that ceased to: body_a, body_b,
@@ -248,6 +254,8 @@ void bind_views(nb::class_<Simulation>& cls) {
   def_view<&State::tendon_impulses>(cls, "tendon_impulses");
   def_vector_view<&State::rub_impulses>(cls, "rub_impulses");
   def_vector_view<&State::controls>(cls, "controls");
+  def_vector_view<&State::held_controls>(cls, "held_controls");
+  def_vector_view<&State::held_joint_forces>(cls, "held_joint_forces");
   def_vector_view<&State::activations>(cls, "activations");
   def_vector_view<&State::actuator_impulses>(cls, "actuator_impulses");
 }
@@ -283,6 +291,13 @@ void bind_simulation(nb::module_& m) {
       .def(
           "restore_last", [](Simulation& s) { restore(s, s.last_state()); },
           "The state before the last step.")
+      .def(
+          "show_middle", [](Simulation& s) { s.show_middle(); },
+          "Replaces velocities by those with which the next step begins.")
+      .def(
+          "begin_with_shown", [](Simulation& s, bool steady) { s.begin_with_shown(steady); },
+          nb::arg("steady"),
+          "Begins the next step with the velocities in the state; steady: as after a step with these loads.")
       .def_prop_ro("time", [](const Simulation& s) { return s.state().time; })
       .def_prop_ro("steps", [](const Simulation& s) { return s.state().steps; })
       .def_prop_ro("impulse_step", [](const Simulation& s) { return s.state().impulse_step; })

@@ -13,7 +13,7 @@ namespace {
 // Entries of a State are plain structs of doubles, or start with two indices: files store them as rows of
 // numbers.
 static_assert(sizeof(Vec3) == 24 && sizeof(Quat) == 32 && sizeof(JointWrench) == 48 &&
-                  sizeof(DofImpulse) == 32 && sizeof(TendonImpulse) == 32,
+                  sizeof(DofImpulse) == 32 && sizeof(TendonImpulse) == 32 && sizeof(MiddleVelocity) == 96,
               "the arrays of a state take these structs as rows of doubles");
 template <class T>
 OutMatrix rows_of(const std::vector<T>& values) {
@@ -79,10 +79,12 @@ nb::dict arrays_of_state(const State& s) {
   d["time"] = s.time;
   d["steps"] = s.steps;
   d["impulse_step"] = s.impulse_step;
+  d["last_step"] = s.last_step;
   d["positions"] = rows_of(s.positions);
   d["orientations"] = rows_of(s.orientations);
   d["linear_velocities"] = rows_of(s.linear_velocities);
   d["angular_velocities"] = rows_of(s.angular_velocities);
+  d["middle_velocities"] = rows_of(s.middle_velocities);
   d["forces"] = rows_of(s.forces);
   d["torques"] = rows_of(s.torques);
   d["joint_coordinates"] = to_numpy(s.coordinates);
@@ -95,6 +97,10 @@ nb::dict arrays_of_state(const State& s) {
   d["coupling_impulses"] = to_numpy(s.coupling_impulses);
   d["tendon_impulses"] = rows_of(s.tendon_impulses);
   d["controls"] = to_numpy(s.controls);
+  d["held_forces"] = rows_of(s.held_forces);
+  d["held_torques"] = rows_of(s.held_torques);
+  d["held_controls"] = to_numpy(s.held_controls);
+  d["held_joint_forces"] = to_numpy(s.held_joint_forces);
   d["dof_slips"] = to_numpy(s.dof_slips);
   d["rub_impulses"] = to_numpy(s.rub_impulses);
   d["activations"] = to_numpy(s.activations);
@@ -116,13 +122,26 @@ Vector vector_of(const nb::dict& d, const char* name) {
   return a;
 }
 
+// The next step continues these. They are missing in files from before velocities were those of the instant
+// of poses: the next step then begins with the velocities.
+void set_middle(State& s, const nb::dict& d) {
+  s.held_joint_forces.resize(s.joint_forces.size());
+  if (!(s.last_step > 0)) return;
+  set_rows(s.middle_velocities, matrix_of(d, "middle_velocities"), "middle_velocities");
+  set_rows(s.held_forces, matrix_of(d, "held_forces"), "held_forces");
+  set_rows(s.held_torques, matrix_of(d, "held_torques"), "held_torques");
+  if (!s.held_controls.empty()) set_entries(s.held_controls, vector_of(d, "held_controls"), "held_controls");
+  set_entries(s.held_joint_forces, vector_of(d, "held_joint_forces"), "held_joint_forces");
+}
+
 State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t steps, double impulse_step,
-               const nb::dict& d) {
+               const nb::dict& d, double last_step) {
   const Model& model = *shared;
   State s = initial_state(model);
   s.time = time;
   s.steps = steps;
   s.impulse_step = impulse_step;
+  s.last_step = last_step;
   set_rows(s.positions, matrix_of(d, "positions"), "positions");
   set_rows(s.orientations, matrix_of(d, "orientations"), "orientations");
   set_rows(s.linear_velocities, matrix_of(d, "linear_velocities"), "linear_velocities");
@@ -147,6 +166,7 @@ State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t 
     set_entries(s.activations, vector_of(d, "activations"), "activations");
     set_entries(s.actuator_impulses, vector_of(d, "actuator_impulses"), "actuator_impulses");
   }
+  set_middle(s, d);
   // Missing in files from before dry friction had a static value, and ropes friction on pulleys.
   if (!s.dof_slips.empty() && d.contains("dof_slips"))
     set_entries(s.dof_slips, vector_of(d, "dof_slips"), "dof_slips");
@@ -162,7 +182,7 @@ void bind_state(nb::module_& m) {
   m.attr("FARTHEST") = largest_coordinate;
   nb::class_<State>(m, "State", "A copy of all that a simulation changes.")
       .def(nb::new_(&state_of), nb::arg("model"), nb::arg("time"), nb::arg("steps"), nb::arg("impulse_step"),
-           nb::arg("arrays"))
+           nb::arg("arrays"), nb::arg("last_step") = 0.0)
       .def_ro("time", &State::time)
       .def_ro("steps", &State::steps)
       .def_prop_ro("arrays", &arrays_of_state, nb::rv_policy::automatic, "Every array by name, as copies.");

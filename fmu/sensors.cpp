@@ -31,23 +31,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The change of qd over the last step, by dt; zeros before the first.
-std::vector<double> rates_of(const Simulation& s, const std::vector<double>& now) {
-  std::vector<double> rates(now.size());
-  const State& before = s.last_state();
-  if (before.positions.empty()) return rates;
-  const std::vector<double> then = read_coordinates(s.tree(), before).qd;
-  for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = (now[i] - then[i]) / s.options().dt;
-  return rates;
-}
-
 }  // namespace
 
 SensorMoment::SensorMoment(const Simulation& s)
     : simulation(s),
       time(s.state().impulse_step > 0 ? s.state().impulse_step : 1.0),
       coordinates(read_coordinates(s.tree(), s.state())) {
-  const std::vector<double> rates = rates_of(s, coordinates.qd);
+  const std::vector<double> rates = s.accelerations();
   const TreePose pose = pose_of(s.tree(), s.state(), coordinates.q);
   motion = motion_of(s.tree(), s.state(), pose, coordinates.qd, rates);
   momenta = body_momenta(s.tree(), s.state(), pose, coordinates.qd, rates);

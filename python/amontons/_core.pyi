@@ -1547,7 +1547,7 @@ FARTHEST: float = 1000000000000000.0
 class State:
     """A copy of all that a simulation changes."""
 
-    def __init__(self, model: Model, time: float, steps: int, impulse_step: float, arrays: dict) -> None: ...
+    def __init__(self, model: Model, time: float, steps: int, impulse_step: float, arrays: dict, last_step: float = 0.0) -> None: ...
 
     @property
     def time(self) -> float: ...
@@ -1789,6 +1789,14 @@ class Simulation:
     def restore_last(self) -> None:
         """The state before the last step."""
 
+    def show_middle(self) -> None:
+        """Replaces velocities by those with which the next step begins."""
+
+    def begin_with_shown(self, steady: bool) -> None:
+        """
+        Begins the next step with the velocities in the state; steady: as after a step with these loads.
+        """
+
     @property
     def time(self) -> float: ...
 
@@ -1874,6 +1882,12 @@ class Simulation:
 
     @property
     def controls(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+    @property
+    def held_controls(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+    @property
+    def held_joint_forces(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
     @property
     def activations(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...

@@ -115,8 +115,8 @@ struct Scene {
     update_coordinates(*model, bodies, state);
     std::vector<BodyImpulse> loads(model->bodies());
     place_joints(*model, bodies, state, joints);
-    add_motor_loads(*model, joints, state, options.h, loads);
-    make_free_velocities(*model, state, options.h, bodies, mobility, start, loads, true, free, spins);
+    add_motor_loads(*model, joints, state.controls, options.h, loads);
+    make_free_velocities(*model, options.h, options.h, bodies, mobility, start, loads, true, free, spins);
     rows.clear();
     append_joint_rows(*model, {bodies, mobility, start, free}, joints, state, options, rows);
   }
@@ -223,7 +223,9 @@ struct Scene {
     refresh();
     const std::vector<double> x = solve();
     store_joint_impulses(rows, x, state);
-    integrate(*model, bodies, spins, velocities_after(x), options.h, state);
+    const std::vector<BodyVelocity> v = velocities_after(x);
+    const std::vector<double> ahead(model->bodies(), 0.0);  // velocities stay those of the middle
+    integrate(*model, bodies, spins, {start, v, options.h, ahead}, state);
     place_bodies(*model, state, bodies, mobility, start);
     update_coordinates(*model, bodies, state);
   }

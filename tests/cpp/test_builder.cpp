@@ -274,7 +274,7 @@ TEST(controls_and_instant) {
   simulation.step();
   CHECK_NEAR(simulation.state().linear_velocities[0].x, 2 * 1e-2 * 4 / 2, 1e-12);
   CHECK_NEAR(simulation.instant().time, 1e-2, 1e-15);
-  CHECK_NEAR(simulation.instant().q[0], 1e-2 * 1e-2 * 2, 1e-12);
+  CHECK_NEAR(simulation.instant().q[0], 1e-2 * 1e-2 * 2 / 2, 1e-12);
   const Simulation copy(simulation);
   CHECK(copy.instant().q == simulation.instant().q);
   builder.joint("rail").dofs[0].motor = {MotorKind::velocity, 0, infinity, 5, 0};

@@ -33,18 +33,19 @@ const Dof kinds[] = {hinge({0, 0, 1}), slide({0, 0, 1})};
 
 }  // namespace
 
-// Fails if the merged row of spring, damper and armature is not the implicit Euler step
-//   (1 + a) (w+ - w) = -h k (q + h w+ - rest) - h d w+,  mass and inertia 1,
-// or if hinges and slides differ in scale.
+// Fails if the merged row of spring, damper and armature is not the midpoint step
+//   (1 + a) (w+ - w) = -h k (q + h (w+ - w) / 4 - rest) - h d (w+ + w) / 2,  mass and inertia 1,
+// which the step resolves (h w < 1), or if hinges and slides differ in scale.
 TEST(drive_is_an_implicit_step) {
   for (Dof dof : kinds) {
     dof.stiffness = 300, dof.rest = 0.2, dof.damping = 7, dof.armature = 0.5;
     const double q = 0.6, w = 3, h = 0.02;
     Scene scene = one_dof(dof, q, w);
-    scene.options.h = h;
+    scene.options.h = scene.options.kick = h;
     scene.refresh();
     CHECK(scene.count(RowKind::passive) == 1);
-    const double expected = (1.5 * w - h * 300 * (q - 0.2)) / (1.5 + h * h * 300 + h * 7);
+    const double spring = h * h * 300 / 4, damper = h * 7 / 2;
+    const double expected = ((1.5 + spring - damper) * w - h * 300 * (q - 0.2)) / (1.5 + spring + damper);
     CHECK_NEAR(rate_after(scene), expected, 1e-12);
     CHECK_NEAR(spring_energy(*scene.model, scene.bodies, scene.state), 0.5 * 300 * 0.4 * 0.4, 1e-11);
     store_joint_impulses(scene.rows, scene.solve(), scene.state);
@@ -75,15 +76,16 @@ TEST(motors_keep_their_word) {
     CHECK_NEAR(after(dof, {MotorKind::effort, -20, 5, 0, 0}), w - h * 5, 1e-13);
     CHECK_NEAR(after(dof, {MotorKind::velocity, 4, infinity, 0, 0}), 4, 1e-12);
     CHECK_NEAR(after(dof, {MotorKind::velocity, 4, 30, 0, 0}), w + h * 30, 1e-12);
-    CHECK_NEAR(after(dof, {MotorKind::velocity, 4, infinity, 0, 50}), (w + h * 50 * 4) / (1 + h * 50), 1e-12);
+    CHECK_NEAR(after(dof, {MotorKind::velocity, 4, infinity, 0, 50}),
+               (w + h * 50 * (4 - w / 2)) / (1 + h * 50 / 2), 1e-12);
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, infinity, 0, 0}), (0.5 - q) / h, 1e-11);
     // No faster than half the effort can stop in the way of 0.1 that is left: v h + v^2 / 30 = 0.1.
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, 30, 0, 0}), 15 * (std::sqrt(h * h + 0.4 / 30) - h),
                1e-12);
     CHECK_NEAR(after(dof, {MotorKind::position, 5, 30, 0, 0}), w + h * 30, 1e-12);
-    const double stiff = h * h * 200 + h * 3;
+    const double spring = h * h * 200 / 4, damper = h * 3 / 2;  // by the midpoint rule, as those of a joint
     CHECK_NEAR(after(dof, {MotorKind::position, 0.5, infinity, 200, 3}),
-               (w + h * 200 * (0.5 - q)) / (1 + stiff), 1e-12);
+               ((1 + spring - damper) * w + h * 200 * (0.5 - q)) / (1 + spring + damper), 1e-12);
     // A target that jumps: a quarter turn or a length (1 m, there are no shapes) per step.
     const double largest = dof.kind == Dof::Kind::hinge ? pi / 2 : 1;
     CHECK_NEAR(after(dof, {MotorKind::position, 50, infinity, 0, 0}), largest / h, 1e-9);
@@ -104,7 +106,7 @@ TEST(effort_acts_and_reacts) {
   scene.description.joints = {joint};
   scene.build();
   std::vector<BodyImpulse> loads(2);
-  add_motor_loads(*scene.model, scene.joints, scene.state, 0.5, loads);
+  add_motor_loads(*scene.model, scene.joints, scene.state.controls, 0.5, loads);
   CHECK_NEAR(norm(loads[0].force), 1.5, 1e-12);
   CHECK_NEAR(norm(loads[0].force + loads[1].force), 0, 1e-14);
   Vec3 moment;  // about the world's origin
@@ -113,7 +115,7 @@ TEST(effort_acts_and_reacts) {
   scene.description.bodies[1].motion = Motion::kinematic;
   scene.build();
   loads.assign(2, {});
-  add_motor_loads(*scene.model, scene.joints, scene.state, 0.5, loads);
+  add_motor_loads(*scene.model, scene.joints, scene.state.controls, 0.5, loads);
   CHECK(norm(loads[0].force) > 1 && loads[1].force == Vec3{} && loads[1].torque == Vec3{});
 }
 
@@ -231,7 +233,8 @@ TEST(ball_joints_turn_back) {
   joint.ball_stiffness = 50, joint.ball_damping = 2;
   const Vec3 r{0.4, -0.3, 0.2}, w{1, 2, -1};
   Scene spring = ball_scene(joint, r, w);
-  const Vec3 expected = (w - h * 50 * r) / (1 + h * h * 50 + h * 2);
+  const double stiff = h * h * 50 / 4;  // by the midpoint rule
+  const Vec3 expected = ((1 + stiff - h) * w - h * 50 * r) / (1 + stiff + h);
   CHECK_NEAR(norm(spin_after(spring) - expected), 0, 1e-12);
   CHECK_NEAR(spring_energy(*spring.model, spring.bodies, spring.state), 25 * norm_squared(r), 1e-12);
   store_joint_impulses(spring.rows, spring.solve(), spring.state);

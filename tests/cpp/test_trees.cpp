@@ -56,7 +56,7 @@ struct OddTrees {
     write_velocities(*tree, q, qd, state);
     place_trees(*model, forest, state, step);
     place_bodies(*model, state, frames, mobility, start);
-    make_tree_masses(*model, forest, state, frames, 0, step);
+    make_tree_masses(*model, forest, state, frames, 0, 0, step);
   }
 
   // Rates in the order of the tree of velocities of the centres of mass.
@@ -164,10 +164,10 @@ TEST(free_trees_obey_the_equations_of_motion_at_second_order) {
   const std::vector<double> before = t.rates(t.start), q = read_coordinates(*t.tree, t.state).q;
   double last = 0;
   for (const double h : {1e-3, 5e-4}) {
-    make_tree_masses(*t.model, t.forest, t.state, t.frames, h, t.step);
+    make_tree_masses(*t.model, t.forest, t.state, t.frames, h, h, t.step);
     BodyVelocities free = t.start;
-    make_free_tree_velocities(*t.model, t.forest, t.state, h, t.frames, t.start, loads, t.step, free);
-    foresee_tree_velocities(*t.model, t.forest, t.state, h, t.frames, t.start, {}, t.step, free);
+    make_free_tree_velocities(*t.model, t.forest, h, h, t.frames, t.start, loads, t.step, free);
+    foresee_tree_velocities(*t.model, t.forest, t.state, h, h, t.frames, t.start, {}, t.step, free);
     const std::vector<double> after = t.rates(free);
     std::vector<double> mean, rise;
     for (std::size_t i = 0; i < before.size(); ++i) {

@@ -42,7 +42,7 @@ struct Rolling {
     BodyVelocities start;
     place_bodies(model, initial_state(model), frames, mobility, start);
     finder.find({model, frames, rest, h, margin}, contacts);
-    assemble({frames, mobility, rest, rest}, contacts, {}, {h, 0}, problem);
+    assemble({frames, mobility, rest, rest}, contacts, {}, {h, h, 0}, problem);
   }
   double turn(double spin, double free) {
     const BodyVelocities v{{{}, {0, spin, 0}}}, before{{{}, {0, free, 0}}};

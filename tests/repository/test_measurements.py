@@ -321,11 +321,14 @@ def test_slider_crank_with_clearance(measured, tmp_path):
             values.append(str(value))
     (tmp_path / "slider_crank.ref").write_text("\t".join(names) + "\n" + "\t".join(values) + "\n")
     read = measured.clearances.read_states(tmp_path / "slider_crank.ref")
-    found = measured.clearances.run(read, 1e-4, 0.01)
+    dt, crank = 1e-4, 150  # s, rad/s
+    found = measured.clearances.run(read, dt, 0.01)
     # The slider stays in its guide, within the depth to which contacts may overlap.
     assert np.abs(found["places"][:, 2]).max() < 1.01 * measured.clearances.CLEARANCE
     assert found["touches"] > 0
-    assert np.diff(found["energies"]).max() < 1e-6 * found["energies"][0]
+    # Velocities of an instant go on from v- to v+ by half a step. If they turn by a in a step, their square
+    # is |(3 v+ - v-) / 2|^2 = (1 + 3 a^2 / 4) v^2. A step with a blow keeps v+; the next one has this again.
+    assert np.diff(found["energies"]).max() < 0.75 * (crank * dt) ** 2 * found["energies"][0]
 
 
 # Breaks when the linkage is not the one that the controller knows, or a bearing lets its journal out.

@@ -37,14 +37,19 @@ thousand a body of a ten-thousandth of the mass may miss by a tenth."""
 
 
 class Watch:
-    """The promises, for one simulation. Raises Failure where one is broken."""
+    """The promises, for one simulation. Raises Failure where one is broken.
+
+    Velocities are those of the middles of steps, which impulses change: those of the state are of an instant.
+    """
 
     def __init__(self, scene: Scene, sim: amontons.Simulation) -> None:
         self.scene, self.sim = scene, sim
         bodies = scene.model.bodies
         self.mass = np.array([b.mass for b in bodies])[:, None]
         self.inertia = np.array([b.inertia for b in bodies])
-        self.spins = sim.state.angular_velocities.copy()
+        self.moving = self.in_the_middle()
+        self.spins = self.moving.angular_velocities.copy()
+        self.springs = 0.0  # J, at the end of the last step
         self.centre = np.array([b.centre_of_mass for b in bodies])
         self.extent = np.array(scene.extents)
         self.gravity = np.array(scene.model.gravity)
@@ -61,9 +66,15 @@ class Watch:
         self.worst = self.rise = self.closing = 0.0
         self.lost = 0  # bodies, after a step that missed
 
+    def in_the_middle(self) -> Any:
+        """The state with the velocities with which the bodies moved in the last step."""
+        copy = self.sim.copy()
+        copy._core.show_middle()
+        return copy.state
+
     def of_centres(self) -> Array:
         """Velocities of the centres of mass."""
-        state = self.sim.state
+        state = self.moving
         w, u = state.orientations[:, :1], state.orientations[:, 1:]
         t = 2 * np.cross(u, self.centre)
         arm = self.centre + w * t + np.cross(u, t)
@@ -84,6 +95,7 @@ class Watch:
         if not np.isfinite(values).all() or not np.isfinite(self.sim.state.positions).all():
             raise Failure("not finite", f"step {self.sim.steps}: {report}")
         self.joint_error = report.joint_error
+        self.moving = self.in_the_middle()
         velocities = self.of_centres()
         self.look_at_energy(report, velocities)
         if report.converged and report.contacts:
@@ -98,11 +110,15 @@ class Watch:
         if not report.balanced:
             raise Failure("energy", f"step {self.sim.steps} is not balanced: {report}")
         scene, before, spun = self.scene, self.stored, self.spun()
-        self.stored = report.kinetic_energy, report.spring_energy
+        # Springs in the middle, too: the mean of both ends.
+        springs = 0.5 * (self.springs + report.spring_energy)
+        self.springs = report.spring_energy
+        self.stored = self.kinetic(velocities), springs
         if before is None or report.substeps > 1 or scene.driven:
             return
         mean = 0.5 * (self.velocities + velocities)
-        given = scene.dt * float((self.mass * mean * self.gravity).sum())
+        kick = self.sim._core.impulse_step
+        given = kick * float((self.mass * mean * self.gravity).sum())
         changed = 0.5 * float((self.mass * (velocities - self.velocities) ** 2).sum()) + spun
         weight = 0.5 * float((self.mass * (scene.dt * self.gravity) ** 2).sum())
         allowed = OF_ENERGY * (sum(self.stored) + sum(before)) + OF_WEIGHT * weight + OF_CHANGE * changed
@@ -121,14 +137,23 @@ class Watch:
             text = f"step {self.sim.steps}: {share * allowed:.3g} J to {before[0]:.3g}: {report}"
             raise Failure("energy", text)
 
+    def kinetic(self, velocities: Array) -> float:
+        """J, of these velocities of centres and the spins of now."""
+        local = self.local(self.moving.angular_velocities)
+        turning = 0.5 * float(np.einsum("bi,bij,bj->", local, self.inertia, local))
+        return 0.5 * float((self.mass * velocities**2).sum()) + turning
+
+    def local(self, vectors: Array) -> Array:
+        """In the axes of the bodies."""
+        turns = self.moving.orientations
+        w, u = turns[:, :1], -turns[:, 1:]
+        t = 2 * np.cross(u, vectors)
+        return np.asarray(vectors + w * t + np.cross(u, t))
+
     def spun(self) -> float:
         """Energy of the change of angular velocities since the last call (J), in the axes of the bodies."""
-        state = self.sim.state
-        change = state.angular_velocities - self.spins
-        self.spins = state.angular_velocities.copy()
-        w, u = state.orientations[:, :1], -state.orientations[:, 1:]
-        t = 2 * np.cross(u, change)
-        local = change + w * t + np.cross(u, t)
+        local = self.local(self.moving.angular_velocities - self.spins)
+        self.spins = self.moving.angular_velocities.copy()
         return 0.5 * float(np.einsum("bi,bij,bj->", local, self.inertia, local))
 
     def look_at_contacts(self, report: amontons.Report) -> None:

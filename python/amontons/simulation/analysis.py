@@ -27,7 +27,7 @@ def linear_model(
     probe = precise_copy(simulation, tolerance)
     core, change = probe._core, CHANGE
     if contacts == "held":
-        core.assign(placed(core, simulation._model))
+        core.assign(placed(core, simulation._model, steady=True))
         core.step()
         held = Held(core, simulation._model, core_options(probe.options))
         core, change = held.simulation(), held_change(simulation._model, held.step.margin)

@@ -8,7 +8,7 @@ and from impulses to the state after the step. It is differentiated by central d
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,8 +21,10 @@ from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
 from .differences import (
+    HELD,
     HELD_CHANGE,
     HELD_REACH,
+    Sides,
     Stepped,
     entries_of,
     felt,
@@ -45,15 +47,20 @@ class Derivative:
     """The derivative of a step: (q, qd) after it over (q, qd), inputs and parameters before it.
 
     Rows, and columns of A: changes of q along qd (nv), qd (nv), activations (na), as in `Linearisation`;
-    those of rows from the q after the step. So the derivative of two steps is the product of theirs.
+    those of rows from the q after the step. qd is that of the middle of a step, with which the next one
+    begins. So the derivative of two steps is the product of theirs.
     """
 
     A: Array
     """(2 nv + na, 2 nv + na)"""
     B: Array
-    """(2 nv + na, inputs)"""
+    """(2 nv + na, inputs): of inputs over this step"""
+    B_before: Array
+    """(2 nv + na, inputs): of inputs over the step before, since forces act from middle to middle"""
     P: Array
     """(2 nv + na, parameters), in the units of the parameters"""
+    rates: Array
+    """(nv, columns of A, B, B_before and P): of qd at the instant of q, which a simulation shows"""
     dt: float
     """s"""
     states: tuple[str, ...]
@@ -70,15 +77,23 @@ class Derivative:
     reason: str
     """why it is not differentiable; empty if it is"""
 
-    def vjp(self, cotangent: ArrayLike) -> Pullback:
-        """The products of a row vector, (2 nv + na,), with A, B and P: of a loss, its derivatives.
+    def vjp(self, cotangent: ArrayLike, rates: ArrayLike | None = None) -> Pullback:
+        """The products of a row vector, (2 nv + na,), with A, B, B_before and P: of a loss, its derivatives.
 
-        cotangent: of the loss over the state after the step. Raises InputError for another length.
+        cotangent: of the loss over the state after the step. rates: (nv,), over the qd that the simulation
+        shows after it. Raises InputError for another length.
         """
         w = vector("cotangent", cotangent)
         if len(w) != len(self.A):
             raise InputError(f"cotangent has {len(w)} entries; the state has {len(self.A)}")
-        return Pullback(w @ self.A, w @ self.B, w @ self.P)
+        parts = [w @ each for each in (self.A, self.B, self.B_before, self.P)]
+        if rates is not None:
+            seen = vector("rates", rates)
+            if len(seen) != len(self.rates):
+                raise InputError(f"rates has {len(seen)} entries; qd has {len(self.rates)}")
+            ends = np.cumsum([len(part) for part in parts])[:-1]
+            parts = [p + more for p, more in zip(parts, np.split(seen @ self.rates, ends), strict=True)]
+        return Pullback(*parts)
 
 
 @dataclass(frozen=True)
@@ -88,7 +103,9 @@ class Pullback:
     state: Array
     """(2 nv + na,)"""
     inputs: Array
-    """(inputs,)"""
+    """(inputs,), over this step"""
+    inputs_before: Array
+    """(inputs,), over the step before"""
     parameters: Array
     """(parameters,)"""
 
@@ -115,7 +132,7 @@ class Held:
             made.restore(self._before)
             return made
         arrays = self._before.arrays
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         made.restore(_core.State(model.core, arrays=arrays, **scalars))
         return made
 
@@ -125,22 +142,30 @@ def derivative_of(
 ) -> Derivative:
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
-    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads)
+    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads, instant=True)
     (middle,) = stepped.after([placed(core, model)])
     entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
     entries = felt(stepped, core, entries, middle)
     sides = list(stepped.sides(core, entries))
+    held_inputs = [replace(e, kind=HELD[e.kind]) for e in entries if e.kind in HELD]
+    before = [side.slope for side in stepped.sides(core, held_inputs)]
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)
     moved = [_parameter_slope(held, stepped, name) for name in names]
-    matrix = np.array([side.slope for side in sides]).reshape(len(sides), size).T
-    kinks = kinks_of(states + driven, entries, sides, middle)
+    slopes = [*(side.slope for side in sides), *before, *moved]
+    whole = np.array(slopes).reshape(len(slopes), len(middle)).T
+    matrix, ends = whole[:size], np.cumsum([size, len(driven), len(driven)])
+    A, B, B_before, P = (part.copy() for part in np.split(matrix, ends, axis=1))
+    of_state = [Sides(side.low[:size], side.high[:size], side.by) for side in sides]
+    kinks = kinks_of(states + driven, entries, of_state, middle[:size])
     reason = unsound or _reason(held.step, kinks)
     return Derivative(
-        matrix[:, :size].copy(),
-        matrix[:, size:].copy(),
-        np.array(moved).reshape(len(names), size).T.copy(),
+        A,
+        B,
+        B_before,
+        P,
+        whole[size:].copy(),
         dt,
         states,
         driven,

@@ -1,13 +1,15 @@
 """Differences of a time step: copies of a simulation that differ in one entry each, stepped side by side.
 
 The state x of a simulation has dq (nv), a change of q along qd, then qd (nv), then the activations of
-actuators that have any.
+actuators that have any. qd are the rates of the middle of a step, with which the next one begins. A
+motion depends on them and q alone, so that derivatives of steps multiply.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -39,6 +41,8 @@ SMALL = 1e-2
 FLAT = 1e-4
 """Slopes of states below it may be rounding: a change that a contact takes back within the step."""
 INPUTS = {"controls": None, "joint_forces": None}
+HELD = {"controls": "held_controls", "joint_forces": "held_joint_forces"}
+"""the same over the step before, in which a part of the impulses of this one acts"""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Entry:
     """Something that is changed by so much to both sides."""
 
     kind: str
-    """q | qd | activations | controls | joint_forces"""
+    """q | qd | activations | controls | joint_forces | held_controls | held_joint_forces"""
     index: int
     low: float
     high: float
@@ -95,10 +99,17 @@ def kinks_of(
 
 
 class Stepped:
-    """States of copies of a simulation after a step, as changes from the coordinates q."""
+    """States of copies of a simulation after a step, as changes from the coordinates q.
 
-    def __init__(self, model: Model, q: Array, threads: int | None) -> None:
+    steady: the step is one of a motion that lasts, with the same loads before. instant: behind each state
+    are the rates of the instant of q (nv).
+    """
+
+    def __init__(
+        self, model: Model, q: Array, threads: int | None, steady: bool = False, instant: bool = False
+    ) -> None:
         self.model, self.q, self.threads = model, q, threads or usable_cores()
+        self.steady, self.instant = steady, instant
         self.residual = 0.0
         """the largest of all steps"""
 
@@ -118,7 +129,14 @@ class Stepped:
             len(copies), len(active)
         )
         moved = difference(self.model, self.q, q[:, 0])
-        return list(np.concatenate([moved, qd[:, 0], activations], axis=1))
+        rates = [
+            middle_rates(copy, tree)
+            for copy, tree in zip(copies, cycle(trees or [self.model.tree]), strict=False)
+        ]
+        parts = [moved, np.array(rates).reshape(moved.shape), activations]
+        if self.instant:
+            parts.append(qd[:, 0])
+        return list(np.concatenate(parts, axis=1))
 
     def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
         """Both sides of each entry, from the state of `core`."""
@@ -126,7 +144,7 @@ class Stepped:
         for first in range(0, len(entries), TOGETHER // 2):
             part = entries[first : first + TOGETHER // 2]
             copies = _as_before(copies, core, 2 * len(part))
-            _change(copies, self.model, [(e, by) for e in part for by in (e.low, e.high)])
+            _change(copies, self.model, [(e, by) for e in part for by in (e.low, e.high)], self.steady)
             rows = self.after(copies)
             for k, entry in enumerate(part):
                 yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
@@ -143,12 +161,29 @@ class Stepped:
         return Sides(rows[0], rows[1], (low, high))
 
 
-def placed(core: _core.Simulation, model: Model) -> _core.Simulation:
+def middle_rates(core: _core.Simulation, tree: _core.Tree) -> Array:
+    """The rates with which the next step begins; the velocities of `core` become them."""
+    core.show_middle()
+    rates: Array = tree.coordinates(core)[1]
+    return rates
+
+
+def steadied(core: _core.Simulation) -> _core.Simulation:
+    """A copy whose next step is one of a motion that lasts."""
+    copy = core.copy()
+    copy.show_middle()
+    copy.begin_with_shown(True)
+    return copy
+
+
+def placed(core: _core.Simulation, model: Model, steady: bool = False) -> _core.Simulation:
     """A copy whose bodies are where the tree of joints puts them, as those of changed copies are."""
     copy, none = core.copy(), np.zeros(model.nv, np.uint8)
-    q, qd = model.tree.coordinates(core)
+    copy.show_middle()
+    q, qd = model.tree.coordinates(copy)
     model.tree.set_q(copy, q, none)
     model.tree.set_qd(copy, qd, none)
+    copy.begin_with_shown(steady)
     return copy
 
 
@@ -186,7 +221,7 @@ def felt(stepped: Stepped, core: _core.Simulation, entries: list[Entry], middle:
     copies = _as_before([], core, len(inputs))
     if not inputs:
         return entries
-    _change(copies, model, [(e, e.high or e.low) for e in inputs])
+    _change(copies, model, [(e, e.high or e.low) for e in inputs], stepped.steady)
     scale = np.where(angles(model), 1.0, 1 / model.length) / _typical_rate(model)
     found = [e for e in entries if e.kind not in INPUTS]
     for entry, after in zip(inputs, stepped.after(copies), strict=True):
@@ -235,8 +270,15 @@ def _as_before(kept: list[_core.Simulation], core: _core.Simulation, count: int)
     return kept[:count] + [core.copy() for _ in range(count - len(kept))]
 
 
-def _change(copies: Sequence[_core.Simulation], model: Model, changes: Sequence[tuple[Entry, float]]) -> None:
-    """Changes one entry of each copy by so much."""
+def _change(
+    copies: Sequence[_core.Simulation],
+    model: Model,
+    changes: Sequence[tuple[Entry, float]],
+    steady: bool = False,
+) -> None:
+    """Changes one entry of each copy by so much; steady: before a step of a motion that lasts."""
+    for copy in copies:
+        copy.show_middle()
     q, qd = model.tree.coordinates(copies[0])
     along, none = np.zeros((len(changes), model.nv)), np.zeros(model.nv, np.uint8)
     for row, (entry, by) in zip(along, changes, strict=True):
@@ -252,6 +294,7 @@ def _change(copies: Sequence[_core.Simulation], model: Model, changes: Sequence[
             model.tree.set_qd(copy, rates, none)
         else:
             getattr(copy, entry.kind)[entry.index] += by
+        copy.begin_with_shown(steady)
 
 
 def names_of(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -1,6 +1,7 @@
 """Linear models of a time step: how the state after it follows from the state and the inputs before it.
 
 x+ = f(x, u) by central differences, each a step of a copy of the simulation; the copies run side by side.
+The step is one of a motion that lasts: rates are those of the middles of steps, and inputs are held since.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.model import Model
-from .differences import CHANGE, Stepped, activated, entries_of, kinks_of, names_of, placed
+from .differences import CHANGE, Stepped, activated, entries_of, kinks_of, names_of, placed, steadied
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,8 @@ class Linearisation:
 
     x: the changes of q along qd from the present q (nv), qd (nv), activations (na). For hinges and slides
     rad and m, rad/s and m/s; of floating bases and balls in the axes of `qd`. u: the controls, in the order
-    of `Model.control_names`, or the forces along qd (N, N m).
+    of `Model.control_names`, or the forces along qd (N, N m). The rates are those of the middles of the last
+    step and of the next one: with them undamped motions neither grow nor decay.
     """
 
     A: Array
@@ -51,9 +53,10 @@ def linearise_core(
     change: float = CHANGE,
 ) -> Linearisation:
     """See `Simulation.linearise`."""
+    core = steadied(core)
     q, qd = model.tree.coordinates(core)
-    stepped = Stepped(model, q, threads)
-    middle, at_place = stepped.after([core.copy(), placed(core, model)])
+    stepped = Stepped(model, q, threads, steady=True)
+    middle, at_place = stepped.after([core.copy(), placed(core, model, steady=True)])
     entries = entries_of(core, model, inputs, change)
     sides = list(stepped.sides(core, entries))
     start = np.concatenate([np.zeros(model.nv), qd, core.activations[activated(model)]])

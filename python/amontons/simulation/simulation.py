@@ -326,7 +326,10 @@ class Simulation:
 
     @property
     def qdd(self) -> Array:
-        """Generalised accelerations, (nv,): the change of qd over the last step, by dt; zeros before it."""
+        """Generalised accelerations, (nv,), of which the last step's forces are the cause; zeros before it.
+
+        Means from the middle of the step before to that of the last one.
+        """
         return read_only(self._model.tree.rates(self._core))
 
     def set_q(self, values: Values) -> None:
@@ -571,7 +574,7 @@ class Simulation:
         arrays = values.pop("_arrays")
         self.__dict__.update(values)
         core = _core.Simulation(self._model.core, core_options(self._options))
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
         self._take(core)
 
@@ -580,7 +583,7 @@ class Simulation:
         snapshot = self._core.snapshot()
         arrays = snapshot.arrays
         arrays |= {"time": time, "steps": steps}
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step")}
+        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
         self._core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
         self._take(self._core)
 

@@ -97,17 +97,21 @@ def _of_world(
     smooth, margin = np.ones(rows, dtype=bool), np.full(rows, np.inf)
     adjoint: Array | None = None
     for row in reversed(range(rows)):
-        here = np.concatenate([along_velocities(model, q[row], cotangents[0][row]), cotangents[1][row]])
+        by_q, by_qd = along_velocities(model, q[row], cotangents[0][row]), cotangents[1][row]
         if adjoint is None:
-            if not here.any():
+            if not (by_q.any() or by_qd.any()):
                 continue
             adjoint = np.zeros(2 * model.nv + _activations(model))
-        adjoint[: 2 * model.nv] += here
-        for step in reversed(_steps_of(tape, k, row, sim, asked)):
-            back = step.vjp(adjoint)
-            adjoint = back.state
+        adjoint[: model.nv] += by_q
+        # The state has the rates of the middle of a step; a row has those of its end.
+        seen: Array | None = by_qd
+        for number, step in reversed(list(enumerate(_steps_of(tape, k, row, sim, asked)))):
+            back = step.vjp(adjoint, seen)
+            adjoint, seen = back.state, None
             by_parameters += back.parameters
             inputs[row] += back.inputs
+            if row > 0 or number > 0:
+                inputs[row if number > 0 else row - 1] += back.inputs_before
             smooth[row] &= step.differentiable
             margin[row] = min(margin[row], step.margin)
     if adjoint is None:

@@ -13,7 +13,7 @@ from ..simulation.simulation import Simulation
 
 FREQUENCY = 1.5
 """Frequency of the pulled bodies on the spring (Hz)."""
-STABLE = 0.1
+STABLE = 0.03
 """The spring changes a velocity of the point within a step by at most this part of what would overshoot."""
 
 
@@ -22,7 +22,8 @@ class Spring:
 
     k follows from the mass M of all that joints connect with the body, k = M (2 pi f)^2, and c damps
     critically. Since a load is that of the start of the step, both stay below what the light body alone
-    could take: m / dt^2 and m / dt, with m its effective mass at the point, in any direction.
+    could take: m / dt^2 and m / dt, with m its effective mass at the point, in any direction. A held force is
+    half a step late, which takes k dt / 2 from c: of c at its bound, a quarter.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -68,7 +69,7 @@ class Spring:
         about_centre = arm - centre
         least = 1 / part.mass + float(about_centre @ about_centre) / np.linalg.eigvalsh(part.inertia)[0]
         omega = 2 * math.pi * FREQUENCY
-        stiffness = min(self._mass[b] * omega**2, STABLE / least / simulation.dt**2)
+        stiffness = min(self._mass[b] * omega**2, STABLE / 2 / least / simulation.dt**2)
         damping = min(2 * math.sqrt(stiffness * self._mass[b]), STABLE / least / simulation.dt)
         force = stiffness * (self._target - self._point()) - damping * velocity
         self._hold(np.concatenate((force, np.cross(about_centre, force))))

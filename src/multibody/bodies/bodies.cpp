@@ -69,13 +69,11 @@ double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVe
   return energy;
 }
 
-// Report::potential_energy explains the half step.
-double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
-                      double before) {
+double gravity_energy(const Model& model, const BodyFrames& frames) {
   double energy = 0;
   for_each_dynamic(model, [&](std::size_t i, double mass) {
     const double weight = mass * model.description().bodies[i].gravity_scale;
-    energy -= weight * dot(model.description().gravity, frames[i].centre - before * velocities[i].linear);
+    energy -= weight * dot(model.description().gravity, frames[i].centre);
   });
   return energy;
 }

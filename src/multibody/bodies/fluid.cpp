@@ -23,7 +23,9 @@ double drag(double c, double v, double inverse_mass, double h) {
 }  // namespace
 
 void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMobilities& mobility,
-                     const BodyVelocities& v, double h, std::vector<BodyImpulse>& loads) {
+                     const BodyVelocities& v, double kick, std::vector<BodyImpulse>& loads,
+                     std::vector<unsigned char>& stopped) {
+  stopped.assign(model.bodies(), 0);
   const Fluid& fluid = model.description().fluid;
   if (fluid.density == 0 && fluid.viscosity == 0) return;
   for (const FluidBox& box : model.description().fluid_boxes) {
@@ -42,10 +44,11 @@ void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMob
           3 * std::numbers::pi * mean * fluid.viscosity + 0.5 * fluid.density * j * k * std::abs(speed);
       const double turning = std::numbers::pi * mean * mean * mean * fluid.viscosity +
                              fluid.density / 64 * side * (j * j * j * j + k * k * k * k) * std::abs(spin);
-      const Vec3 push = drag(c, speed, w.inverse_mass, h) * axis;
+      const Vec3 push = drag(c, speed, w.inverse_mass, kick) * axis;
       const double turned = dot(axis, w.inverse_inertia * axis);
+      if (kick * c * w.inverse_mass > 1 || kick * turning * turned > 1) stopped[box.body] = 1;
       loads[box.body].force += push;
-      loads[box.body].torque += cross(arm, push) + drag(turning, spin, turned, h) * axis;
+      loads[box.body].torque += cross(arm, push) + drag(turning, spin, turned, kick) * axis;
     }
   }
 }

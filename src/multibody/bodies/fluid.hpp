@@ -6,8 +6,10 @@
 
 namespace amontons {
 
-// Adds the impulses of the fluid on the boxes of bodies over the step h (about their centres of mass).
+// Adds the impulses of the fluid on the boxes of bodies over `kick` (about their centres of mass). `stopped`,
+// per body: drag takes most of a motion within it.
 void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMobilities& mobility,
-                     const BodyVelocities& v, double h, std::vector<BodyImpulse>& loads);
+                     const BodyVelocities& v, double kick, std::vector<BodyImpulse>& loads,
+                     std::vector<unsigned char>& stopped);
 
 }  // namespace amontons

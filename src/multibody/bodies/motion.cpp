@@ -69,7 +69,6 @@ GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const 
 // energy is constant if the turn is that of the torque-free motion. Impulses change the turn, for example
 // those of a hinge about an axis that is not principal; the energy then changes by a term of second order in
 // the angle. For a large angle this does not hold: an energy gain is removed, and momentum with it.
-constexpr double resolved_turn = 0.25;  // rad
 Vec3 end_spin(const Mat3& inverse_inertia, const Mat3& inertia, const GyroscopicSpin& spin, const Vec3& omega,
               const Quat& before, const Quat& after, double angle) {
   const Vec3 momentum = inertia * (omega + spin.lag);
@@ -119,9 +118,9 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
   return {centre + rotate(turn, body.pose.position - body.centre), turn * body.pose.rotation};
 }
 
-// docs/algorithm.md (2). Linear: v + h (g + f / m). Angular: I omega' = torque - omega x I omega, where the
-// mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
-void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
+// docs/algorithm.md (2). Linear: v + k (g + f / m) over the kick k. Angular: I omega' = torque - omega x I
+// omega, where the mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
+void make_free_velocities(const Model& model, double h, double kick, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
                           std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree) {
@@ -135,8 +134,8 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
     spins[i] = gyroscopic_spin(model.description().bodies[i], frames[i].pose.rotation, start[i].angular, h);
     const Vec3& mean = spins[i].mean;
     const Vec3 g = model.description().bodies[i].gravity_scale * gravity;
-    free[i].linear += h * g + inverse_mass * (h * state.forces[i] + loads[i].force);
-    free[i].angular = mean + inverse_inertia * (h * state.torques[i] + loads[i].torque);
+    free[i].linear += kick * g + inverse_mass * loads[i].force;
+    free[i].angular = mean + inverse_inertia * loads[i].torque;
     // For changes of its spin a stiffened body has the inertia I + h^2 K. Damped (implicit Euler): (I + h^2
     // K) w = I w_mean + torque.
     if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
@@ -146,8 +145,13 @@ void make_free_velocities(const Model& model, const State& state, double h, cons
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
 // rotations by the exponential of theirs. The exponential keeps quaternions of unit length and is exact for
 // constant spin. normalised() only removes the rounding.
+//
+// Velocities in the state are ahead of v by the same acceleration, of the momenta: impulses change these, and
+// the turn of an inertia does not. The spin is then exact for a free body.
+// A body that the step has stopped rests.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
-               const BodyVelocities& v, double h, State& state, std::span<const Index> in_tree) {
+               const Drift& drift, State& state, std::span<const Index> in_tree) {
+  const auto& [start, v, h, ahead] = drift;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::fixed || (!in_tree.empty() && in_tree[i] >= 0)) continue;
@@ -164,8 +168,18 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     const bool centred = body.centre_of_mass == Vec3{};
     state.positions[i] = centred ? state.positions[i] + way : (frames[i].centre + way) - arm;
     state.orientations[i] = after;
-    state.linear_velocities[i] = v[i].linear - cross(omega, arm);
-    state.angular_velocities[i] = omega;
+    MiddleVelocity& middle = state.middle_velocities[i];
+    middle.linear = v[i].linear - cross(omega, arm);
+    middle.angular = omega;
+    Vec3 linear = v[i].linear;
+    const bool stopped = linear == Vec3{} && omega == Vec3{};
+    if (model.is_dynamic(static_cast<Index>(i)) && ahead[i] > 0 && !stopped) {
+      linear += ahead[i] * (v[i].linear - start[i].linear);
+      const Vec3 kick = ahead[i] * (frames[i].inertia * (v[i].angular + spins[i].lag - start[i].angular));
+      omega += rotate(after, model.inverse_inertia(static_cast<Index>(i)) * rotate(conjugate(after), kick));
+    }
+    state.linear_velocities[i] = middle.left_linear = linear - cross(omega, arm);
+    state.angular_velocities[i] = middle.left_angular = omega;
   }
 }
 

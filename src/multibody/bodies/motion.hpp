@@ -8,6 +8,9 @@
 // after the impulses.
 namespace amontons {
 
+// Turn of a body within a step (rad) above which means over the step say little about its ends.
+inline constexpr double resolved_turn = 0.25;
+
 // The gyroscopic part of a body's rotation.
 struct GyroscopicSpin {
   Vec3 mean;  // the angular velocity whose exponential is the torque-free rotation over the step, world
@@ -20,16 +23,25 @@ Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
 // The pose of a body after motion with velocity v for h, which may be negative.
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
 
-// v_free = v + h M^-1 f with f from gravity, constant loads and `loads` (effort motors), and the mean of the
-// torque-free rotation in place of omega. `damped`: the inertia that stiffening adds also acts as a damper.
-// Bodies of trees (`in_tree`, per body; -1: none, or empty) have no gyroscopic part here.
-void make_free_velocities(const Model& model, const State& state, double h, const BodyFrames& frames,
+// v_free = v + kick g + M^-1 loads, and the mean of the torque-free rotation over h in place of omega.
+// `damped`: the inertia that stiffening adds also acts as a damper. Bodies of trees (`in_tree`, per body; -1:
+// none, or empty) have no gyroscopic part here.
+void make_free_velocities(const Model& model, double h, double kick, const BodyFrames& frames,
                           const BodyMobilities& mobility, const BodyVelocities& start,
                           const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
                           std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree = {});
 
-// Moves the bodies of the state by the velocities v over h, except those of trees.
+// The motion after the solve of a step. `start` are the velocities before it, `v` those after it, over h.
+// `ahead`, per body: the share of v - start that the velocities in the state are ahead of v.
+struct Drift {
+  const BodyVelocities &start, &v;
+  double h;
+  std::span<const double> ahead;
+};
+
+// Moves the bodies of the state, except those of trees. Velocities in the state are those of its instant, and
+// middle velocities those with which the bodies moved.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
-               const BodyVelocities& v, double h, State& state, std::span<const Index> in_tree = {});
+               const Drift& drift, State& state, std::span<const Index> in_tree = {});
 
 }  // namespace amontons

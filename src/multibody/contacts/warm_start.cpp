@@ -125,6 +125,12 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
   });
 }
 
+void find_carried(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
+                  const std::vector<Contact>& contacts, std::vector<unsigned char>& carried) {
+  carried.assign(contacts.size(), 0);
+  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact&) { carried[i] = 1; });
+}
+
 // A contact may be at its limit without slipping, so that the state alone does not tell.
 double slip_of(const Contact& c) { return c.state == ContactState::slip ? norm(c.slip) : 0; }
 

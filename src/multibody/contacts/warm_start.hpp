@@ -28,6 +28,10 @@ void warm_start_contacts(const Model& model, const std::vector<Contact>& last, d
                          const BodyFrames& bodies, const std::vector<Contact>& contacts,
                          std::vector<double>& x0);
 
+// Which contacts had an impulse in the last step, one entry for each.
+void find_carried(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
+                  const std::vector<Contact>& contacts, std::vector<unsigned char>& carried);
+
 // Stores in compliant contacts their impulses of the last step, in the units of this one (Contact::held).
 void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
                    const BodyFrames& bodies, std::vector<Contact>& contacts);

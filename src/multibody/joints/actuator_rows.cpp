@@ -18,8 +18,9 @@ double clipped_control(const Actuator& actuator, double u) {
 }
 
 // The factor of the gain: control or activation.
-double drive_of(const Actuator& actuator, const State& state, Index index, double h) {
-  const double u = clipped_control(actuator, state.controls[index]);
+double drive_of(const Actuator& actuator, const State& state, std::span<const double> controls, Index index,
+                double h) {
+  const double u = clipped_control(actuator, controls[index]);
   if (actuator.dynamics == ActivationKind::none) return u;
   const double w = state.activations[index];
   return actuator.early ? next_activation(actuator, u, w, h) : w;
@@ -49,23 +50,25 @@ double next_activation(const Actuator& actuator, double control, double w, doubl
   return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
 }
 
-EffortLaw present_law(const Model& model, const State& state, Index index, double length, double rate,
-                      double h) {
+EffortLaw present_law(const Model& model, const State& state, std::span<const double> controls, Index index,
+                      double length, double rate, double h) {
   const Actuator& actuator = model.description().actuators[index];
-  return law_of(actuator, drive_of(actuator, state, index, h), length, rate);
+  return law_of(actuator, drive_of(actuator, state, controls, index, h), length, rate);
 }
 
 double known_effort(const EffortLaw& law) { return std::clamp(law.effort, law.lower, law.upper); }
 
-bool has_row(const Model& model, const State& state, Index index, double h) {
-  const EffortLaw law = present_law(model, state, index, 0, 0, h);
+bool has_row(const Model& model, const State& state, std::span<const double> controls, Index index,
+             double h) {
+  const EffortLaw law = present_law(model, state, controls, index, 0, 0, h);
   return law.stiffness > 0 || law.damping > 0;
 }
 
 void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, JointRows& rows) {
   const Actuator& actuator = in.model.description().actuators[index];
   const double h = in.options.h, s = line.scale, G = actuator.transmission.gear;
-  const EffortLaw law = present_law(in.model, in.state, index, line.length, line.rate, h);
+  const EffortLaw law =
+      present_law(in.model, in.state, effort_controls(in), index, line.length, line.rate, h);
   // A servo of a rotation takes the shorter direction: its target minus its length is known only up to turns.
   double length = line.length;
   const double turn = turn_of(actuator.transmission);
@@ -74,14 +77,14 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
   // The stored impulse is along L = G l.
   RowTag tag{RowKind::actuator, index, 0};
   tag.scale = s / G;
-  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort}, s, h);
+  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort}, s, in.options);
   if (!terms) {
     tag.scale = 1 / G;
-    if (G != 0) rows.efforts.push_back({tag, h * known_effort(law)});
+    if (G != 0) rows.efforts.push_back({tag, in.options.kick * known_effort(law)});
     return;
   }
   terms->c += line.offset;
-  append_bounded(h * law.lower / s, h * law.upper / s, line.row, *terms,
+  append_bounded(in.options.kick * law.lower / s, in.options.kick * law.upper / s, line.row, *terms,
                  in.state.actuator_impulses[index] * G / s, tag, rows);
 }
 

@@ -8,12 +8,13 @@ namespace amontons {
 struct EffortLaw {
   double effort, stiffness, damping, lower, upper;
 };
-EffortLaw present_law(const Model& model, const State& state, Index actuator, double length, double rate,
-                      double h);
+EffortLaw present_law(const Model& model, const State& state, std::span<const double> controls,
+                      Index actuator, double length, double rate, double h);
 // The effort, known before the step, of a law without stiffness and damping.
 double known_effort(const EffortLaw& law);
 // Whether an actuator, with its present control, has a row.
-bool has_row(const Model& model, const State& state, Index actuator, double h);
+bool has_row(const Model& model, const State& state, std::span<const double> controls, Index actuator,
+             double h);
 
 double next_activation(const Actuator& actuator, double control, double activation, double h);
 

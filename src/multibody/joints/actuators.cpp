@@ -21,8 +21,9 @@ struct DofLine {
 // Calls visit(actuator, line, l') for each actuator with a known effort, of any transmission.
 template <class Visit>
 void for_each_known(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
-                    const BodyVelocities& start, const State& state, double h, const Visit& visit) {
-  const auto known = [&](Index a) { return !has_row(model, state, a, h); };
+                    const BodyVelocities& start, const State& state, std::span<const double> controls,
+                    double h, const Visit& visit) {
+  const auto known = [&](Index a) { return !has_row(model, state, controls, a, h); };
   const auto visit_all = [&](const std::vector<Index>& actuators, const auto& make_line) {
     if (std::none_of(actuators.begin(), actuators.end(), known)) return;
     const auto line = make_line();
@@ -79,7 +80,7 @@ void add_wrenches(const Model& model, const WideRow& row, double impulse, std::v
   for (std::size_t i = 0; i < row.body.size(); ++i) add_wrench(model, row.body[i], row.j[i], impulse, loads);
 }
 
-void add_sums(const Model& model, std::span<const JointContext> joints, double h,
+void add_sums(const Model& model, std::span<const JointContext> joints, double kick,
               const std::vector<double>& sums, std::vector<BodyImpulse>& loads) {
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
@@ -88,7 +89,7 @@ void add_sums(const Model& model, std::span<const JointContext> joints, double h
       if (sum == 0 || !is_active(model, joint)) continue;
       const Dof& dof = joint.dofs[i];
       const JacobianRow row = joint_row(joints[j], joints[j].duals[i]);
-      const double impulse = std::clamp(sum, h * dof.lower_effort, h * dof.upper_effort);
+      const double impulse = std::clamp(sum, kick * dof.lower_effort, kick * dof.upper_effort);
       add_wrenches(model, row, impulse, loads);
     }
   }
@@ -98,16 +99,18 @@ void add_sums(const Model& model, std::span<const JointContext> joints, double h
 
 // An effort known before the step has no row.
 void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
-                        const BodyVelocities& start, const State& state, double h,
-                        std::vector<BodyImpulse>& loads) {
+                        const BodyVelocities& start, const State& state, std::span<const double> controls,
+                        double h, double kick, std::vector<BodyImpulse>& loads) {
   if (model.description().actuators.empty()) return;
   std::vector<double> sums(model.bounds_efforts() ? model.dofs() : 0);
-  for_each_known(model, bodies, joints, start, state, h, [&](Index a, const auto& line, double rate) {
-    const double impulse = h * known_effort(present_law(model, state, a, line.length, rate, h));
+  const auto add = [&](Index a, const auto& line, double rate) {
+    const EffortLaw law = present_law(model, state, controls, a, line.length, rate, h);
+    const double impulse = kick * known_effort(law);
     if (!sums.empty() && add_effort(model, a, impulse, sums)) return;
     add_wrenches(model, line.row, impulse, loads);
-  });
-  if (!sums.empty()) add_sums(model, joints, h, sums, loads);
+  };
+  for_each_known(model, bodies, joints, start, state, controls, h, add);
+  if (!sums.empty()) add_sums(model, joints, kick, sums, loads);
 }
 
 void advance_activations(const Model& model, double h, State& state) {

@@ -193,8 +193,11 @@ State initial_state(const Model& model) {
     s.linear_velocities.push_back(body.linear_velocity);
     s.angular_velocities.push_back(body.angular_velocity);
   }
+  s.middle_velocities.resize(model.bodies());
   s.forces.resize(model.bodies());
   s.torques.resize(model.bodies());
+  s.held_forces = s.forces;
+  s.held_torques = s.torques;
   s.coordinates.resize(model.dofs());
   s.dof_impulses.resize(model.dofs());
   s.joint_wrenches.resize(model.joints());
@@ -214,6 +217,7 @@ State initial_state(const Model& model) {
   for (const Joint& joint : model.description().joints)
     for (const Dof& dof : joint.dofs)
       if (dof.motor.kind != MotorKind::none) s.controls.push_back(dof.motor.control);
+  s.held_controls = s.controls;
   BodyFrames frames;
   BodyMobilities mobility;
   BodyVelocities velocities;

@@ -58,7 +58,7 @@ double wrapped_angle(const Wrap& bend, const PathElement& e, const Transform& fr
 struct Walk {
   const Model& model;
   const BodyFrames& bodies;
-  Course course{{Line{}}, {}};
+  TendonCourse course{{Line{}}, {}};
   std::optional<Stop> before{};
   Vec3 arriving{};
   const PathElement* obstacle = nullptr;
@@ -132,7 +132,7 @@ struct Walk {
 // outer normals of both spans are sin b e +- cos b f, sin b = (R_1 - R_2) / distance. The belt turns by pi +
 // 2 b on the first cylinder and by pi - 2 b on the second. It slips where its grip is less.
 // The friction of both arcs is a bound on the same two tensions, so that the weaker one counts.
-Course belt(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
+TendonCourse belt(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
   const PathElement &one = tendon.path[0], &two = tendon.path[1];
   const Transform a = in_world(bodies, one), b = in_world(bodies, two);
   const Vec3 axis = rotate(a.rotation, {0, 0, 1});
@@ -142,7 +142,7 @@ Course belt(const Model& model, const BodyFrames& bodies, const Tendon& tendon) 
   const Vec3 e = between / distance, f = cross(axis, e);
   const double sine = std::clamp((one.radius - two.radius) / distance, -1.0, 1.0);
   const double cosine = std::sqrt(1 - sine * sine), tilt = 2 * elementary::asin(sine);
-  Course course{{Line{}, Line{}}, {}};
+  TendonCourse course{{Line{}, Line{}}, {}};
   // A span touches both cylinders where its outer normal points.
   for (int k = 0; k < 2; ++k) {
     const Vec3 normal = sine * e + (k == 0 ? cosine : -cosine) * f;
@@ -163,7 +163,7 @@ std::size_t rubs_of(const Tendon& tendon) {
                                                 [](const PathElement& e) { return e.friction > 0; }));
 }
 
-Course course_of(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
+TendonCourse course_of(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
   if (tendon.closed) return belt(model, bodies, tendon);
   Walk walk{model, bodies};
   for (const PathElement& element : tendon.path) walk.pass(element);

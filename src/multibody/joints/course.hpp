@@ -12,11 +12,11 @@ struct Rub {
 
 // A tendon as the parts between its rubs: one more than rubs. A belt has one rub and two parts. A part ends
 // at points of the bodies that it meets: the rate of its length is that of rope which does not slip there.
-struct Course {
+struct TendonCourse {
   std::vector<Line> parts;
   std::vector<Rub> rubs;
 };
-Course course_of(const Model& model, const BodyFrames& bodies, const Tendon& tendon);
+TendonCourse course_of(const Model& model, const BodyFrames& bodies, const Tendon& tendon);
 
 // The number of rubs of a tendon. It does not depend on the pose: a rope that passes clear of a pulley keeps
 // its rub, without grip. So the state has a fixed place for the impulses of each.

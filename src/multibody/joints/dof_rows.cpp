@@ -12,15 +12,16 @@
 // 1 for a displacement. An impulse x along the row is s x along q.
 namespace amontons {
 // The last step is reversed from the state: poses moved with constant velocities, the angular one being the
-// mean of the gyroscopic rotation.
+// mean of the gyroscopic rotation. The way back is that of the kick. Rates of the poses there lag behind
+// those of the middle of the last step. Rates of the present poses lag as much behind those of this step.
 const std::vector<Past>& past_of(const RowInput& in, JointRows& rows) {
-  const double h = in.options.h;
+  const double kick = in.options.kick, last = in.options.last();
   for (std::size_t i = rows.past.size(); i < in.bodies.frames.size(); ++i) {
     const BodyFrame& body = in.bodies.frames[i];
     const BodyVelocity& v = in.bodies.start[i];
     // The solve of a step uses the mean of the gyroscopic rotation; this is the mean backwards in time.
-    const BodyVelocity velocity{v.linear, -torque_free_mean(body.inertia, -v.angular, h)};
-    rows.past.push_back({moved(body, velocity, -h), body.centre - h * v.linear, velocity});
+    const BodyVelocity velocity{v.linear, -torque_free_mean(body.inertia, -v.angular, last)};
+    rows.past.push_back({moved(body, velocity, -kick), body.centre - kick * v.linear, velocity});
   }
   return rows.past;
 }
@@ -43,7 +44,8 @@ std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, 
   }
   // Coordinates to first order, which suffices for a Jacobian.
   const Screw twist = joint_twist(now, in.bodies.start);
-  for (std::size_t i = 0; i < now.chain.dofs; ++i) before[i] = q[i] - in.options.h * dot(now.duals[i], twist);
+  for (std::size_t i = 0; i < now.chain.dofs; ++i)
+    before[i] = q[i] - in.options.kick * dot(now.duals[i], twist);
   JointContext then = now;
   JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
   pose.relative = inverse(pose.b) * pose.a;
@@ -59,21 +61,32 @@ namespace {
 // impulse that of the coordinate over s.
 struct DofRow {
   const Dof& dof;
-  Index joint, index;  // of the dof: global index
-  double scale;        // s
-  double q, control;   // m or rad; the target of the motor
-  DofImpulse last;     // along q
-  JacobianRow row;     // D v = s q'
-  double before;       // q' at the end of the last step
+  Index joint, index;   // of the dof: global index
+  double scale;         // s
+  double q, control;    // m or rad; the target of the motor
+  double mean_control;  // of efforts
+  DofImpulse last;      // along q
+  JacobianRow row;      // D v = s q'
+  double before;        // q' at the end of the last step
 
   RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
 
+// Spring, damper and inertia of a coordinate by the rule that the step resolves.
+std::optional<RowTerms> resolved_terms(const RowInput& in, const DofRow& d, Drive drive) {
+  drive.speed = row_velocity(d.row, in.bodies.start) / d.scale;
+  // Displacements that correct positions take the spring at their end.
+  if (!in.options.dampers) return drive_terms(drive, d.scale, in.options);
+  const double inverse_mass = inverse_effective_mass(d.row, in.bodies) / (d.scale * d.scale);
+  const double euler = euler_share(drive.stiffness, drive.damping, inverse_mass, in.options.h);
+  return drive_terms(drive, d.scale, in.options, euler);
+}
+
 void append_passive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Dof& dof = d.dof;
   const double damping = in.options.dampers ? dof.damping : 0;
-  const auto terms =
-      drive_terms({dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before, 0}, d.scale, in.options.h);
+  if (dof.stiffness == 0 && damping == 0 && dof.armature == 0) return;
+  const auto terms = resolved_terms(in, d, {dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before});
   if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
 }
 
@@ -96,17 +109,16 @@ double within_limits(const DofRow& d, double c, const JointOptions& options) {
   return std::clamp(c, -up, down);
 }
 
-// With gains the motor is a damper about its velocity, x = h kd (control - q'+), or a spring about its
-// coordinate with a damper, x = -h kp (q + h q'+ - control) - h kd q'+, as in append_passive. Without gains
-// it demands a velocity: its own, or the one that reaches its coordinate.
+// With gains the motor is a damper about its velocity, or a spring about its coordinate with a damper.
+// Without gains it demands a velocity: its own, or the one that reaches its coordinate.
 RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h, s = d.scale;
-  if (motor.kind == MotorKind::velocity) return {motor.kd > 0 ? s * s / (h * motor.kd) : 0.0, -s * d.control};
-  if (motor.kp > 0) {
-    const double compliance = s * s / (h * h * motor.kp + h * motor.kd);
-    return {compliance, compliance * h * motor.kp * (d.q - d.control) / s};
+  if (motor.kind == MotorKind::velocity) {
+    if (motor.kd > 0) return *resolved_terms(in, d, {0, 0, motor.kd, 0, 0, motor.kd * d.control});
+    return {0, -s * d.control};
   }
+  if (motor.kp > 0) return *resolved_terms(in, d, {motor.kp, d.q - d.control, motor.kd});
   // Turns can be counted if a step makes less than half of one; a quarter leaves room. A slide has no turns,
   // but a jump of the target by metres must not fling the bodies: at most a length.
   const double quarter_turn = 0.5 * std::numbers::pi;
@@ -119,12 +131,12 @@ RowTerms motor_terms(const RowInput& in, const DofRow& d) {
 // of the free velocities (add_motor_loads).
 double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Motor& motor = d.dof.motor;
-  const double h = in.options.h;
+  const double kick = in.options.kick;
   if (motor.kind == MotorKind::none) return 0;
   if (motor.kind == MotorKind::effort) {
     RowTag tag = d.tag(RowKind::motor);
     tag.scale = 1;
-    rows.efforts.push_back({tag, h * std::clamp(d.control, -motor.max_effort, motor.max_effort)});
+    rows.efforts.push_back({tag, kick * std::clamp(d.mean_control, -motor.max_effort, motor.max_effort)});
     return 0;
   }
   RowTerms terms = motor_terms(in, d);
@@ -132,8 +144,8 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
     terms.c = within_limits(d, terms.c, in.options);
     terms.restraint = Restraint::held;
   }
-  append_bounded(h * motor.max_effort / d.scale, d.row, terms, d.last.motor / d.scale, d.tag(RowKind::motor),
-                 rows);
+  append_bounded(kick * motor.max_effort / d.scale, d.row, terms, d.last.motor / d.scale,
+                 d.tag(RowKind::motor), rows);
   return std::abs(terms.c);
 }
 
@@ -162,7 +174,7 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
     rates = rates_before(in, joint, q, rows);
   for (std::size_t i = 0; i < dofs.size(); ++i) {
     const Dof& dof = dofs[i];
-    const double s = joint.scale(i), h = in.options.h;
+    const double s = joint.scale(i);
     const Index control = in.model.control_of_dof(first + i);
     const DofRow d{dof,
                    joint.index,
@@ -170,6 +182,7 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
                    s,
                    q[i],
                    control < 0 ? 0 : in.state.controls[control],
+                   control < 0 ? 0 : effort_controls(in)[control],
                    in.state.dof_impulses[first + i],
                    joint_row(joint, s * joint.duals[i]),
                    dof.armature > 0 ? rates[i] : 0};
@@ -182,7 +195,8 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
     const double slip = in.state.dof_slips.empty() ? 0 : in.state.dof_slips[first + i];
     const double friction = friction_at(dof.friction, dof.friction_static, dof.stribeck_speed, slip);
     if (friction > 0)
-      append_bounded(h * friction / s, d.row, {0, 0}, d.last.friction / s, d.tag(RowKind::friction), rows);
+      append_bounded(in.options.kick * friction / s, d.row, {0, 0}, d.last.friction / s,
+                     d.tag(RowKind::friction), rows);
     append_limits(in, d, motor_speed, rows);
   }
 }

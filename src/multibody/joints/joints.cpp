@@ -68,15 +68,16 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
 
 // The spin relative to which the solve measures the change over the step. The solve uses the mean spin W of a
 // torque-free turn in place of the spin W0 at the start. The turn itself changes the spin by 2 (W - W0), of
-// which W contains half (bodies/motion.cpp): W - (2 W0 - W) is the whole change.
+// which W contains half (bodies/motion.cpp): W - (2 W0 - W) is the whole change. The half before the start
+// is that of the last step.
 Vec3 spin_before(const RowInput& in, Index body) {
   if (body < 0) return {};
   const Vec3& spin = in.bodies.start[body].angular;
   if (!in.model.is_dynamic(body)) return spin;
   const Quat& turn = in.bodies.frames[body].pose.rotation;
-  const Vec3 mean =
-      torque_free_mean(in.model.body(body).inertia, rotate(conjugate(turn), spin), in.options.h);
-  return 2 * spin - rotate(turn, mean);
+  const JointOptions& o = in.options;
+  const Vec3 mean = torque_free_mean(in.model.body(body).inertia, rotate(conjugate(turn), spin), o.h);
+  return spin - (o.last() / o.h) * (rotate(turn, mean) - spin);
 }
 
 // Spin of A relative to B, in the axes of frame_b. The inertia of the drive turns with A. Its torque is a
@@ -85,7 +86,7 @@ Vec3 drive_spin_before(const RowInput& in, const JointContext& joint) {
   const auto [a, b] = std::pair{joint.joint->body_a, joint.joint->body_b};
   const Vec3& omega = in.bodies.start[a].angular;
   const Vec3 spin = omega - (b < 0 ? Vec3{} : in.bodies.start[b].angular);
-  const Vec3 before = spin_before(in, a) - spin_before(in, b) + in.options.h * cross(omega, spin);
+  const Vec3 before = spin_before(in, a) - spin_before(in, b) + in.options.kick * cross(omega, spin);
   return rotate(conjugate(joint.pose.b.rotation), before);
 }
 
@@ -94,31 +95,36 @@ Vec3 drive_spin_before(const RowInput& in, const JointContext& joint) {
 // Rows about the axes of frame_b are D v = s omega_i, with s = length.
 void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
   const Joint& ball = *joint.joint;
-  const double h = in.options.h, s = joint.length;
+  const double kick = in.options.kick, s = joint.length;
   const Vec3& r = joint.chain.error.angular;
   const Vec3& last = in.state.ball_impulses[joint.index];
   const auto rotation_row = [&](const Vec3& about) { return joint_row(joint, {{}, s * about}); };
   const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
   const auto tag_of = [&](RowKind kind, Index k) { return RowTag{kind, joint.index, k, 1, {}, {}, s}; };
 
-  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_passive): with r+ = r + h
-  // omega
-  //   omega + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k r - a omega-),
-  // where omega - omega- is the change of the spin over the step (spin_before).
-  const double a = joint.in_tree ? 0 : ball.ball_armature / (s * s);  // M of trees has it
-  const double stiff = (h * h * ball.ball_stiffness + h * ball.ball_damping) / (s * s) + a;
-  const Vec3 before = a > 0 ? s * drive_spin_before(in, joint) : Vec3{};
-  for (int k = 0; stiff > 0 && k < 3; ++k) {
-    const double c = (h * ball.ball_stiffness * r[k] / s - a * before[k]) / stiff;
-    rows.append(Bilateral{}, rotation_row(axis(k)), {1 / stiff, c}, last[k] / s, tag_of(RowKind::ball, k));
+  // Spring k towards r = 0, damper d and inertia a, as the drive of a dof (append_passive). r' = omega to
+  // first order. omega - omega- is the change of the spin over the step (spin_before).
+  const double inertia = joint.in_tree ? 0 : ball.ball_armature;  // M of trees has it
+  const double damping = in.options.dampers ? ball.ball_damping : 0;
+  const bool driven = ball.ball_stiffness > 0 || damping > 0 || inertia > 0;
+  const Vec3 before = inertia > 0 ? drive_spin_before(in, joint) : Vec3{};
+  for (int k = 0; driven && k < 3; ++k) {
+    const JacobianRow row = rotation_row(axis(k));
+    const Drive drive{
+        ball.ball_stiffness, r[k], damping, inertia, before[k], 0, row_velocity(row, in.bodies.start) / s};
+    const double inverse_mass = inverse_effective_mass(row, in.bodies) / (s * s);
+    const double euler =
+        in.options.dampers ? euler_share(ball.ball_stiffness, damping, inverse_mass, in.options.h) : 1;
+    if (const auto terms = drive_terms(drive, s, in.options, euler))
+      rows.append(Bilateral{}, row, *terms, last[k] / s, tag_of(RowKind::ball, k));
   }
 
   // Friction. The state holds the sum of friction, spring and damper; the latter take all of it as their
   // start.
-  const double bound = h * ball.ball_friction / s;
+  const double bound = kick * ball.ball_friction / s;
   for (int k = 0; bound > 0 && k < 3; ++k)
-    append_bounded(bound, rotation_row(axis(k)), {0, 0}, stiff > 0 ? 0 : last[k] / s,
-                   tag_of(RowKind::ball, k), rows);
+    append_bounded(bound, rotation_row(axis(k)), {0, 0}, driven ? 0 : last[k] / s, tag_of(RowKind::ball, k),
+                   rows);
 
   // r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 the direction is undefined, but no
   // limit is that small.
@@ -161,8 +167,8 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
 // An effort motor has no row, because its impulse does not depend on the solve. The effort tau along dof i is
 // the wrench tau dual_i on A and its opposite on B. This is D' of the dof's row, because a row's wrench is
 // that of its unit impulse.
-void add_motor_loads(const Model& model, std::span<const JointContext> joints, const State& state, double h,
-                     std::vector<BodyImpulse>& loads) {
+void add_motor_loads(const Model& model, std::span<const JointContext> joints,
+                     std::span<const double> controls, double kick, std::vector<BodyImpulse>& loads) {
   const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
   const auto add = [&](Index body, const std::array<double, 6>& w) {
     if (!model.is_dynamic(body)) return;
@@ -177,7 +183,7 @@ void add_motor_loads(const Model& model, std::span<const JointContext> joints, c
       if (!is_effort(joint.dofs[i])) continue;
       const double bound = joint.dofs[i].motor.max_effort;
       const double impulse =
-          h * std::clamp(state.controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
+          kick * std::clamp(controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
       const JacobianRow row = joint_row(context, impulse * context.duals[i]);
       add(row.body_a, row.a);
       add(row.body_b, row.b);

@@ -81,7 +81,7 @@ std::vector<Index> bodies_of(const Place& p) {
 
 // Parts to the sides of their rubs. A part between two rubs gives the second one what its own body adds, and
 // the rest to the first: how they are shared changes only what the knot is.
-std::vector<Place> places_of(const Course& course) {
+std::vector<Place> places_of(const TendonCourse& course) {
   std::vector<Place> places;
   for (const Rub& rub : course.rubs) places.push_back({ratio_of(rub.grip), rub.body, {}, {}});
   places.front().left.bodies = course.parts.front().row;
@@ -152,13 +152,13 @@ JacobianRow row_of(const Place& p, double sign, Index auxiliary) {
   return row;
 }
 
-// E, c and position of the first n row, whose impulse is h times the mean tension T. A spring k that pulls
-// beyond its rest length has T = k (stretch + h l'), and u_n = -l' + E n + c = 0 gives
-//   E = 1 / (h^2 k),  c = -stretch / h.
+// E, c and position of the first n row, whose impulse over the kick K is K times the mean tension T. A spring
+// k that pulls beyond its rest length has T = k (stretch + h l'). From u_n = -l' + E n + c = 0 follow
+//   E = 1 / (K h k),  c = -stretch / h.
 // A given length is the inequality of any limit: a rope of a given length, or a spring that only pulls.
 RowTerms rope_terms(const RowInput& in, const Tendon& d, double length) {
   const double h = in.options.h;
-  if (d.stiffness > 0) return {1 / (h * h * d.stiffness), -(length - d.rest_upper) / h};
+  if (d.stiffness > 0) return {1 / (in.options.kick * h * d.stiffness), -(length - d.rest_upper) / h};
   return {0, closing(d.upper - length, in.options), Restraint::inequality, d.upper - length};
 }
 
@@ -179,7 +179,7 @@ void append_place(const RowInput& in, const Place& p, Index auxiliary, RowTerms 
 
 void append_rope_rows(const RowInput& in, Index tendon, std::size_t first, JointRows& rows) {
   const Tendon& d = in.model.description().tendons[tendon];
-  const Course course = course_of(in.model, in.bodies.frames, d);
+  const TendonCourse course = course_of(in.model, in.bodies.frames, d);
   WideRow whole;
   double length = 0, lightest = 0;
   for (const Line& part : course.parts) {

@@ -14,23 +14,43 @@ bool within_reach(double gap, double speed, const JointOptions& options) {
   return gap <= 2 * options.h * speed + 0.1 * options.length;
 }
 
-// The row of an implicit spring k, damper d, inertia a and constant effort F along q follows from its impulse
-//   x = h F - h k (stretch + h q'+) - h d q'+ - a (q'+ - q'-):
-//   q'+ + E x + c = 0,  E = 1 / (h^2 k + h d + a),  c = E (h k stretch - a q'- - h F)
+// The mean of the poses before, at and after the start, (q- + 2 q + q+) / 4, is q + h (q'+ - q'-) / 4. This
+// is Newmark's rule of mean accelerations, and here the implicit midpoint rule. If the last step h' is
+// another one, each side counts by its length: the first step of all takes the middle of its own way, h q'+
+// / 2.
+DriveShares drive_shares(double h, double last, double euler) {
+  const double middle = 1 - euler;
+  const double both = 2 * (h + last);
+  return {h * (euler + middle * h / both), -middle * last * last / both, euler + 0.5 * middle, 0.5 * middle};
+}
+
+double euler_share(double stiffness, double damping, double inverse_mass, double h) {
+  return std::clamp(std::sqrt(h * inverse_mass * (h * stiffness + damping)) - 1, 0.0, 1.0);
+}
+
+// An implicit spring k, damper d, inertia a and constant effort F along q have one row. It follows from their
+// impulse over the kick K, with the shares s of the rates before and after.
+//   x = K F - K k (stretch + s1 q'+ + s2 q'-) - K d (s3 q'+ + s4 q'-) - a (q'+ - q'-):
+//   q'+ + E x + c = 0,  E = 1 / (K k s1 + K d s3 + a),
+//   c = E (K k (stretch + s2 q'-) + K d s4 q'- - a q'- - K F)
 // (docs/algorithm.md (8); Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and
 // a of an angle are divided by s^2, and F by s, as D v is s q' and x is the impulse over s.
-std::optional<RowTerms> drive_terms(const Drive& d, double s, double h) {
-  const double k = d.stiffness / (s * s), a = d.inertia / (s * s);
-  const double stiff = h * h * k + h * d.damping / (s * s) + a;
+std::optional<RowTerms> drive_terms(const Drive& d, double s, const JointOptions& options, double euler) {
+  const DriveShares share = drive_shares(options.h, options.last(), euler);
+  const double kick = options.kick;
+  const double k = d.stiffness / (s * s), a = d.inertia / (s * s), damping = d.damping / (s * s);
+  const double stiff = kick * (k * share.stretch_after + damping * share.rate_after) + a;
   if (stiff == 0) return std::nullopt;
-  return RowTerms{1 / stiff, (h * k * s * d.stretch - a * (s * d.rate) - h * d.effort / s) / stiff};
+  const double before =
+      k * (d.stretch + share.stretch_before * d.speed) + damping * share.rate_before * d.speed;
+  return RowTerms{1 / stiff, (s * (kick * before - a * d.rate) - kick * d.effort / s) / stiff};
 }
 
 // A rigid row keeps its position. Errors are removed by displacing bodies (step/positions), or by velocities
 // up to the recovery speed. The force of a spring is not limited, since it would no longer be that spring.
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
   const double h = options.h, v = options.recovery_speed;
-  if (e > 0) return {e / (h * h), error / h};
+  if (e > 0) return {e / (h * options.kick), error / h};
   return {locked_regularisation * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
 }
 
@@ -61,7 +81,7 @@ void append_inequality(const RowInput& in, const JacobianRow& row, double gap, d
   const double free = std::abs(row_velocity(row, in.bodies.free));
   if (!within_reach(gap, std::max({start, free, motor_speed}), in.options)) return;
   const double h = in.options.h;
-  RowTerms terms{e / (h * h), gap / h};
+  RowTerms terms{e / (h * in.options.kick), gap / h};
   if (e == 0) terms = {0, closing(gap, in.options), Restraint::inequality, gap};
   rows.append(NonNegative{}, row, terms, std::max(last, 0.0), tag);
 }

@@ -8,12 +8,12 @@
 
 // The common form of joint rows. A row requires, docs/algorithm.md (5),
 //   u = D v+ + E x + c,  -u in the normal cone of x's set
-// with x the impulse along D'. For a constraint C(q) with the Jacobian D = dC/dq:
+// with x the impulse along D' over the kick k. For a constraint C(q) with the Jacobian D = dC/dq:
 // - a rigid equality C = 0 at the end of the step is, to first order in h, C + h D v+ = 0: E = 0, c = C / h
 //   and x free (Baumgarte's stabilisation with the factor 1, and a bound on c);
-// - a spring of compliance e without mass, C + h D v+ = -e x / h: E = e / h^2, c = C / h, x free;
+// - a spring of compliance e without mass, C + h D v+ = -e x / k: E = e / (h k), c = C / h, x free;
 // - an inequality C >= 0 is C + h D v+ >= 0: c = C / h, x >= 0, complementary;
-// - a bounded effort |x| <= h effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor
+// - a bounded effort |x| <= k effort against D v+ + c: x in that interval. Dry friction has c = 0, a motor
 //   c = -speed.
 // Each of these is one function below. A caller provides D and C, and the place of the impulse.
 namespace amontons {
@@ -34,6 +34,10 @@ struct RowInput {
   const State& state;
   const JointOptions& options;
 };
+// The controls that efforts follow.
+inline std::span<const double> effort_controls(const RowInput& in) {
+  return in.options.controls.empty() ? std::span<const double>(in.state.controls) : in.options.controls;
+}
 
 // E and c of the equality C = error with the compliance e (0: rigid). `inverse_mass` is D M^-1 D' times
 // Model::lightness() of the bodies.
@@ -60,12 +64,27 @@ void append_bounded(double lower, double upper, const JacobianRow& row, const Ro
 struct Drive {
   double stiffness = 0, stretch = 0;  // of the spring
   double damping = 0;
-  double inertia = 0, rate = 0;  // rate at the end of the last step
+  double inertia = 0, rate = 0;  // rate after the last step, on the Jacobian of its start
   double effort = 0;
+  double speed = 0;  // the same rate on the present Jacobian
 };
 // E and c of a drive in the row of a coordinate q, D v = s q'. Empty without spring, damper and inertia,
-// because the impulse is then known.
-std::optional<RowTerms> drive_terms(const Drive& drive, double s, double h);
+// because the impulse is then known. `euler`: see DriveShares.
+std::optional<RowTerms> drive_terms(const Drive& drive, double s, const JointOptions& options,
+                                    double euler = 1);
+
+// The spring of a drive sees the stretch at the start plus stretch_after q'+ + stretch_before q'-, its damper
+// the rate rate_after q'+ + rate_before q'-. With euler = 0 this is the implicit midpoint rule, which keeps
+// the energy of a spring and has the second order. With euler = 1 it is implicit Euler, which damps what the
+// step does not resolve.
+struct DriveShares {
+  double stretch_after, stretch_before, rate_after, rate_before;
+};
+DriveShares drive_shares(double h, double last, double euler);
+// The share of implicit Euler for a spring and a damper on an inverse mass. It is 0 as long as the step h
+// resolves them (h w < 1) and 1 beyond h w = 2, without a jump between. The inverse mass is that of the two
+// bodies alone, which is too large rather than too small: what it makes stiff is damped.
+double euler_share(double stiffness, double damping, double inverse_mass, double h);
 
 // Whether an inequality at distance `gap` may act in this step, at the fastest known speed along it.
 bool within_reach(double gap, double speed, const JointOptions& options);

@@ -17,7 +17,7 @@ namespace {
 // The whole length of a path.
 Line spatial(const Model& model, const BodyFrames& bodies, const Tendon& tendon) {
   if (tendon.path.empty()) return {};
-  Course course = course_of(model, bodies, tendon);
+  TendonCourse course = course_of(model, bodies, tendon);
   Line line = std::move(course.parts.front());
   for (std::size_t i = 1; i < course.parts.size(); ++i) {
     const Line& part = course.parts[i];
@@ -52,8 +52,9 @@ struct TendonRow {
   const Tendon& tendon;
   Index index;
   double s, length;
-  double speed;        // D v|, the fastest known speed
-  TendonImpulse last;  // along l
+  double speed;               // D v|, the fastest known speed
+  double rate, inverse_mass;  // l' at the start, of the row
+  TendonImpulse last;         // along l
   NarrowRow narrow;
 
   RowTag tag(Index which, double sign = 1) const { return {RowKind::tendon, index, which, sign, {}, {}, s}; }
@@ -73,8 +74,7 @@ void append_end(const RowInput& in, const TendonRow& t, double sign, double gap,
 // pushing.
 void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
   const Tendon& d = t.tendon;
-  const double h = in.options.h;
-  Drive both{0, 0, d.damping, d.armature, d.armature > 0 ? rate_before(in, d, rows) : 0, 0};
+  Drive both{0, 0, d.damping, d.armature, d.armature > 0 ? rate_before(in, d, rows) : 0, 0, t.rate};
   if (d.rest_lower == d.rest_upper) {
     both.stiffness = d.stiffness;
     both.stretch = t.length - d.rest_lower;
@@ -82,7 +82,10 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
     append_end(in, t, 1, t.length - d.rest_lower, 1 / d.stiffness, spring, t.last.spring, rows);
     append_end(in, t, -1, d.rest_upper - t.length, 1 / d.stiffness, spring, t.last.spring, rows);
   }
-  if (auto terms = drive_terms(both, t.s, h)) {
+  const double inverse_mass = t.inverse_mass / (t.s * t.s);
+  const double euler =
+      in.options.dampers ? euler_share(both.stiffness, d.damping, inverse_mass, in.options.h) : 1;
+  if (auto terms = drive_terms(both, t.s, in.options, euler)) {
     terms->c += t.narrow.offset;
     rows.append(Bilateral{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
   }
@@ -176,7 +179,9 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
     const double start = row_velocity(line.row, in.bodies.start);
     const double speed = std::max(std::abs(start), std::abs(row_velocity(line.row, in.bodies.free)));
     const auto& actuators = in.model.actuators_of_tendon(k);
-    const auto pulls = [&](Index a) { return has_row(in.model, in.state, a, in.options.h); };
+    const auto pulls = [&](Index a) {
+      return has_row(in.model, in.state, effort_controls(in), a, in.options.h);
+    };
     const bool pulled = std::any_of(actuators.begin(), actuators.end(), pulls);
     NarrowRow narrow;
     if (pulled || acts(in, d, line.length, s, speed)) {
@@ -185,10 +190,10 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
       for (const Index a : actuators)
         all += in.model.description().actuators[a].transmission.gear * in.state.actuator_impulses[a];
       narrow = narrowed(line.row, in.bodies, all / s, {RowKind::tendon, index, -1}, rows);
-      const TendonRow row{d, index, s, line.length, speed, last, narrow};
+      const TendonRow row{d, index, s, line.length, speed, start / s, inverse_mass, last, narrow};
       append_springs(in, row, rows);
       if (d.friction > 0)
-        append_bounded(in.options.h * d.friction / s, narrow.row, {0, narrow.offset}, last.friction / s,
+        append_bounded(in.options.kick * d.friction / s, narrow.row, {0, narrow.offset}, last.friction / s,
                        row.tag(friction), rows);
       append_limits(in, row, inverse_mass, rows);
     }

@@ -49,14 +49,14 @@ void add_to_joint(const Model& model, const JointContext& joint, std::span<const
 
 // Links without a force are skipped, so that a step without forces keeps its bits.
 void add_joint_forces(const Tree& tree, const BodyFrames& bodies, std::span<const JointContext> joints,
-                      const State& state, double h, std::vector<BodyImpulse>& loads) {
-  if (state.joint_forces.empty()) return;
+                      std::span<const double> forces, double kick, std::vector<BodyImpulse>& loads) {
+  if (forces.empty()) return;
   std::vector<double> impulses;
   for (const Link& link : tree.links()) {
-    const auto own = std::span(state.joint_forces).subspan(link.first_v, link.v);
+    const auto own = forces.subspan(link.first_v, link.v);
     if (std::all_of(own.begin(), own.end(), [](double x) { return x == 0; })) continue;
     impulses.assign(own.begin(), own.end());
-    for (double& x : impulses) x *= h;
+    for (double& x : impulses) x *= kick;
     if (link.joint < 0)
       add_to_base(tree.model(), link.body, bodies[link.body], impulses, loads);
     else

@@ -42,16 +42,17 @@ void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& 
 // A compliant contact is a spring of compliance e with a parallel damper tau / e, both implicit,
 // docs/algorithm.md (7):
 //
-//   x_n = -h (gap + h u_n + tau u_n) / e,   that is   u_n + E x_n + gap / (h + tau) = 0,   E = e / (h (h +
-//   tau)).
+//   x_n = -k (gap + h u_n + tau u_n) / e,   that is   u_n + E x_n + gap / (h + tau) = 0,   E = e / (k (h +
+//   tau)),
 //
-// While the gap is open the damper does nothing, and the spring acts only after it closes: x_n = -(h + tau)
-// (gap / h + u_n) h / e, where the overlap at the end of the step counts for both.
+// with impulses over the kick k. While the gap is open the damper does nothing, and the spring acts only
+// after it closes: x_n = -(h + tau) (gap / h + u_n) k / e, where the overlap at the end of the step counts
+// for both.
 //
 // A bouncing contact follows its restitution and ignores its compliance.
 double contact_compliance(const Material& m, const Assembly& options) {
   if (options.impact && m.restitution > 0) return 0;
-  return m.compliance / (options.h * (options.h + m.relaxation_time));
+  return m.compliance / (options.kick * (options.h + m.relaxation_time));
 }
 
 // Joints of trees cannot give way at all. Friction can lock a link between others that way: if its contacts

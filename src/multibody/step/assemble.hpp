@@ -9,8 +9,8 @@ namespace amontons {
 
 // Parameters of c.
 struct Assembly {
-  double h, recovery_speed;
-  bool impact = false;  // require u_n = -e u_n^- instead of closing gaps
+  double h, kick, recovery_speed;  // s, of the motion and of the impulses; m/s
+  bool impact = false;             // require u_n = -e u_n^- instead of closing gaps
   // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
   double closing = 0, most_closed = 0;
   double held = 0;               // m: overlaps up to it are closed within the step (held_step.hpp)

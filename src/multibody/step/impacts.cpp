@@ -113,10 +113,9 @@ void store(const Problem& problem, const std::vector<double>& x, const std::vect
 
 }  // namespace
 
-bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o) {
+static bool reflect(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o) {
   const double h = step.h;
   BodyVelocities& v = o.start;
-  o.impacts.assign(step.model.joints(), JointWrench{});
   JointRows locked;
   std::vector<Contact> active;
   std::vector<std::size_t> index;
@@ -131,12 +130,13 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     if (reflection > 0 && (solver.budget->exhausted() || missed)) break;
     // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
-      bodies.trees = tree_masses(step.model, step.forest, 0, o.trees);
+      bodies.trees = tree_masses(step.model, step.forest, 0, 0, o.trees);
     if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
     const Problem problem =
-        assemble(bodies, active, locked, {.h = h, .recovery_speed = 0, .impact = true, .model = &step.model});
+        assemble(bodies, active, locked,
+                 {.h = h, .kick = step.kick(), .recovery_speed = 0, .impact = true, .model = &step.model});
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);
@@ -147,6 +147,29 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     store(problem, s.x, index, locked, o.contacts, o.impacts);
   }
   return true;
+}
+
+// Impacts act on the velocities in the poses of the start, half a kick of loads after those in the middle of
+// the last step. So a ball that is reflected keeps its energy, wherever in the step it touches.
+bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o) {
+  o.impacts.assign(step.model.joints(), JointWrench{});
+  const double share = step.last / (2 * step.kick());
+  static thread_local BodyVelocities middle, ahead;
+  middle = o.start;
+  ahead.assign(middle.size(), {});
+  for (std::size_t i = 0; i < middle.size(); ++i) {
+    if (!step.model.is_dynamic(static_cast<Index>(i))) continue;
+    ahead[i] = {share * (o.free[i].linear - middle[i].linear), share * (o.free[i].angular - o.spins[i].mean)};
+    o.start[i].linear += ahead[i].linear;
+    o.start[i].angular += ahead[i].angular;
+  }
+  const bool bounced = reflect(step, solver, state, o);
+  if (!bounced) o.start = middle;
+  for (std::size_t i = 0; bounced && i < middle.size(); ++i) {
+    o.start[i].linear -= ahead[i].linear;
+    o.start[i].angular -= ahead[i].angular;
+  }
+  return bounced;
 }
 
 }  // namespace amontons

@@ -8,6 +8,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "multibody/step/ahead.hpp"
 #include "multibody/trees/rates.hpp"
 #include "multibody/trees/reactions.hpp"
 
@@ -41,15 +42,21 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
   TreeStep& trees = o.trees;
   if (!step.forest.empty()) {
     read_rates(step.forest, trees, o.frames, solved.after, trees.after);
-    store_drive_impulses(step.forest, step.h, trees, state);
+    store_drive_impulses(step.forest, step.h, step.last, trees, state);
     store_tree_reactions(step.model, step.forest, o.joints, o.frames, o.start,
                          impulses_on_bodies(*posed.problem, x), step.h, trees, state);
   }
-  state.impulse_step = step.h;
-  integrate(step.model, o.frames, o.spins, solved.after, step.h, state, step.forest.number);
-  if (!step.forest.empty())
+  find_ahead(step, posed, solved, state.impulse_step, o);
+  state.impulse_step = step.kick();
+  state.last_step = step.h;
+  keep_held_loads(state);
+  integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, o.ahead.share}, state,
+            step.forest.number);
+  if (!step.forest.empty()) {
     move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees,
                state);
+    leave_tree_velocities(step.forest, o.ahead.share, trees, state);
+  }
   advance_activations(step.model, step.h, state);
 }
 

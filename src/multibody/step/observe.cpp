@@ -5,6 +5,7 @@
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/fluid.hpp"
+#include "multibody/bodies/middle.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/stiffening.hpp"
 #include "multibody/kinematics/joint_forces.hpp"
@@ -14,11 +15,11 @@
 
 namespace amontons {
 
-static void make_free_velocities(const StepSetting& step, const State& state, Observed& o) {
-  make_free_velocities(step.model, state, step.h, o.frames, o.mobility, o.start, o.loads, step.damped, o.free,
-                       o.spins, step.forest.number);
+static void make_free_velocities(const StepSetting& step, Observed& o) {
+  make_free_velocities(step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
+                       o.free, o.spins, step.forest.number);
   if (!step.forest.empty())
-    make_free_tree_velocities(step.model, step.forest, state, step.h, o.frames, o.start, o.loads, o.trees,
+    make_free_tree_velocities(step.model, step.forest, step.h, step.last, o.frames, o.start, o.loads, o.trees,
                               o.free);
 }
 
@@ -35,27 +36,33 @@ static void foresee(Observed& o) {
 
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
   const Model& model = step.model;
-  const double h = step.h;
+  const double h = step.h, kick = step.kick();
   const Forest& forest = step.forest;
   if (!forest.empty()) place_trees(model, forest, state, o.trees);
   place_bodies(model, state, o.frames, o.mobility, o.start);
+  begin_in_the_middle(model, state, o.start);
   update_coordinates(model, o.frames, state, forest.has_joint);
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {
     place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
     o.trees.stiffness.clear();
-    make_tree_masses(model, forest, state, o.frames, h, o.trees);
+    make_tree_masses(model, forest, state, o.frames, h, kick, o.trees);
   }
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
   // added here.
   o.loads.assign(model.bodies(), BodyImpulse{});
-  add_motor_loads(model, o.joints, state, h, o.loads);
-  add_joint_forces(step.tree, o.frames, o.joints, state, h, o.loads);
-  add_actuator_loads(model, o.frames, o.joints, o.start, state, h, o.loads);
+  take_held_loads(state, step.last / (2 * kick), o.held);
+  add_motor_loads(model, o.joints, o.held.controls, kick, o.loads);
+  add_joint_forces(step.tree, o.frames, o.joints, o.held.joint_forces, kick, o.loads);
+  add_actuator_loads(model, o.frames, o.joints, o.start, state, o.held.controls, h, kick, o.loads);
   o.efforts = o.loads;
-  add_fluid_loads(model, o.frames, o.mobility, o.start, h, o.loads);
-  make_free_velocities(step, state, o);
+  for (std::size_t i = 0; i < o.loads.size(); ++i) {
+    o.loads[i].force += kick * o.held.forces[i];
+    o.loads[i].torque += kick * o.held.torques[i];
+  }
+  add_fluid_loads(model, o.frames, o.mobility, o.start, kick, o.loads, o.stopped);
+  make_free_velocities(step, o);
   foresee(o);
   clock.lap(&Timings::assembly);
   o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
@@ -66,16 +73,17 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
 
 void stiffen(const StepSetting& step, const State& state, Observed& o) {
   o.stiffened = o.mobility;
-  o.is_stiffened = stiffen_rotations(step.model, state, step.h, o.frames, o.joints, o.stiffness, o.stiffened);
+  o.is_stiffened =
+      stiffen_rotations(step.model, state, step.h, step.kick(), o.frames, o.joints, o.stiffness, o.stiffened);
 }
 
 void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& o) {
   if (o.is_stiffened) o.mobility = o.stiffened;
   if (o.is_stiffened && !step.forest.empty()) {
     o.trees.stiffness = o.stiffness;
-    make_tree_masses(step.model, step.forest, state, o.frames, step.h, o.trees);
+    make_tree_masses(step.model, step.forest, state, o.frames, step.h, step.kick(), o.trees);
   }
-  if (bounced || o.is_stiffened) make_free_velocities(step, state, o);
+  if (bounced || o.is_stiffened) make_free_velocities(step, o);
 }
 
 }  // namespace amontons

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "multibody/bodies/middle.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
@@ -16,6 +17,13 @@ namespace amontons {
 struct PositionErrors {
   JointError joint;
   double line = 0, penetration = 0;
+};
+
+// See find_ahead(): the share of each body; the rest is scratch.
+struct Ahead {
+  std::vector<double> share;
+  std::vector<Index> island, home;
+  std::vector<unsigned char> rough;
 };
 
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
@@ -34,8 +42,11 @@ struct Observed {
   BodyMobilities stiffened;
   bool is_stiffened = false;
   std::vector<Mat3> stiffness;
-  std::vector<JointWrench> impacts;  // of the locked directions of each joint, at the start of the step
-  TreeStep trees;                    // bodies that move in coordinates of their joints
+  std::vector<JointWrench> impacts;    // of the locked directions of each joint, at the start of the step
+  std::vector<unsigned char> stopped;  // bodies that a thick fluid stops within the step
+  HeldLoads held;                      // over the kick
+  Ahead ahead;
+  TreeStep trees;  // bodies that move in coordinates of their joints
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
 

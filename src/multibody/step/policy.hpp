@@ -35,7 +35,9 @@ inline constexpr double share_of_solve = 0.5;
 
 // Residual (tolerances): a start below it belongs to a scene near rest.
 inline constexpr double near_rest = 100;
-// Residual (relative to that of zero impulses): the same for a loose tolerance.
+// Residual (relative to that of zero impulses): the same for a loose tolerance. Velocities at the end of a
+// step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
+// none.
 inline constexpr double three_digits = 1e-3;
 // Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
 // Four tests of creep need it.
@@ -104,9 +106,9 @@ inline constexpr double energy_of_gravity = 0.1;
 // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
 // (test_scenes).
 inline constexpr int most_reflections = 64;
-// Slip (relative to that of the velocities): removed completely above it. A smooth motion that changes by a
-// tenth per step has a twentieth.
-inline constexpr double rough_slip = 0.6;
+// Change (relative to the velocity or force): above it something jumps. A slip of such a size is removed
+// completely. A smooth motion that changes by a tenth per step has a twentieth.
+inline constexpr double rough = 0.6;
 // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
 // determinate.
 inline constexpr double remembered_sag = 0.9;

@@ -23,6 +23,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
   const bool few = off("slack") || 3 * contacts.size() + joint_rows <= step::few_rows;
   const double drift = step::steps_of_slack * step.options.tolerance * fall * step.h;
   return {.h = step.h,
+          .kick = step.kick(),
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
           .most_closed = error,
@@ -41,16 +42,16 @@ static void find_past_of_trees(const StepSetting& step, const State& state, Obse
   const auto has_inertia = [](const Tendon& t) { return t.armature > 0; };
   const auto& tendons = step.model.description().tendons;
   if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
-  past_of({step.model, o.bodies(), o.joints, state, step.joint_options()}, rows);
-  change_past(step.model, step.forest, state, step.h, o.frames, o.start, o.trees, rows.past);
+  past_of({step.model, o.bodies(), o.joints, state, step.joint_options(o.held.controls)}, rows);
+  change_past(step.model, step.forest, state, step.kick(), o.frames, o.start, o.trees, rows.past);
 }
 
 // The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
-// impulses are scaled by the ratio of the steps.
+// impulses are scaled by the ratio of the kicks.
 static void warm_start(const StepSetting& step, const State& state, const Observed& o, StepProblem& posed) {
   posed.x0.clear();
   if (!step.options.warm_start || !(state.impulse_step > 0)) return;
-  const double scale = step.h / state.impulse_step;
+  const double scale = step.kick() / state.impulse_step;
   warm_start_contacts(step.model, state.contacts, scale, o.frames, o.contacts, posed.x0);
   for (double x : posed.rows.x0) posed.x0.push_back(scale * x);
 }
@@ -70,7 +71,8 @@ static void foresee_impulses(const StepSetting& step, const State& state, std::s
   // The change of the free velocities is known only afterwards; b needs no other.
   BodyVelocities& change = posed.change;
   change = o.free;
-  foresee_tree_velocities(step.model, step.forest, state, step.h, o.frames, o.start, w, o.trees, o.free);
+  foresee_tree_velocities(step.model, step.forest, state, step.h, step.last, o.frames, o.start, w, o.trees,
+                          o.free);
   for (std::size_t i = 0; i < change.size(); ++i)
     change[i] = {o.free[i].linear - change[i].linear, o.free[i].angular - change[i].angular};
   change_free(change, *posed.problem);
@@ -80,12 +82,15 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   const Model& model = step.model;
   posed.rows.clear();
   find_past_of_trees(step, state, o, posed.rows);
-  append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(), posed.rows);
-  if (!step.damped)
-    reflect_joints({model, o.frames, o.joints, o.start, o.spins, o.contacts, step.h}, state, posed.rows,
-                   posed.smooth);
+  append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
+  if (!step.damped) {
+    if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, posed.carried);
+    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, posed.carried, step.h,
+                    step.last, step.h * norm(model.description().gravity), allowed_error(model.length())},
+                   state, posed.rows, posed.smooth);
+  }
   if (state.impulse_step > 0)
-    hold_contacts(model, state.contacts, step.h / state.impulse_step, o.frames, o.contacts);
+    hold_contacts(model, state.contacts, step.kick() / state.impulse_step, o.frames, o.contacts);
   posed.assembly = assembly_of(step, o.contacts, posed.rows.tags.size());
   if (!posed.problem) posed.problem = std::make_shared<Problem>();
   posed.problem->law = step.options.law;

@@ -152,7 +152,8 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              Budget& budget, Elimination& elimination, StepSums& sums) {
   std::vector<Contact> none;
-  const Problem problem = assemble(in.at_rest(rest), none, rows, {.h = in.h, .recovery_speed = 0});
+  const Problem problem =
+      assemble(in.at_rest(rest), none, rows, {.h = in.h, .kick = in.h, .recovery_speed = 0});
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
@@ -214,8 +215,9 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
       continue;
     const Quat turn = exponential(h * p[i].angular);
     const Vec3 arm = in.frames[i].centre - state.positions[i];
-    const Vec3 omega = state.angular_velocities[i];
-    const Vec3 velocity = state.linear_velocities[i] + cross(omega, arm);
+    MiddleVelocity& middle = state.middle_velocities[i];
+    const Vec3 omega = middle.angular;
+    const Vec3 velocity = middle.linear + cross(omega, arm);
     // The angular momentum of the body is kept while its inertia turns, unless that would create energy.
     const Vec3 momentum = rotate(conjugate(turn), in.frames[i].inertia * omega);
     const Vec3 spin = inverse(in.frames[i].inertia) * momentum;
@@ -223,8 +225,8 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
     const Transform to = moved(in.frames[i], p[i], h);
     state.positions[i] = to.position;
     state.orientations[i] = normalised(to.rotation);
-    state.angular_velocities[i] = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
-    state.linear_velocities[i] = velocity - cross(state.angular_velocities[i], rotate(turn, arm));
+    middle.angular = rotate(turn, has > had ? std::sqrt(had / has) * spin : spin);
+    middle.linear = velocity - cross(middle.angular, rotate(turn, arm));
   }
   // Trees follow the displacements as far as their joints let them, and keep the rates of their joints.
   if (step.forest.empty()) return true;

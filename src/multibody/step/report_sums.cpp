@@ -35,32 +35,17 @@ void add_part(const PositionErrors& errors, const StepProblem& posed, const Solv
   report.factorizations = sums.factorizations;
 }
 
-// Coordinates of trees half a step back, from the rates of the step, which belong to its middle. To fit all
-// coordinates to the poses there would take a tenth of the step of a robot.
-static void half_a_step_back(const Forest& moved, const TreeStep& trees, double h, State& state) {
-  for (const TreeBody& b : moved.bodies)
-    for (std::size_t j = 0; b.joint >= 0 && j < b.dofs; ++j)
-      state.coordinates[b.first_dof + j] -= 0.5 * h * trees.after[b.first + j];
-}
-
-// Kinetic energy at the end; energies of gravity and springs half a step earlier: see Report. Coordinates are
-// restored to those at the start of the step, from which the next step continues.
-void add_energies(const Model& model, const Forest& moved_trees, State& state, const Observed& o, double h,
+// Coordinates are restored to those at the start of the step, from which the next step continues. Those of
+// trees that the step has moved are exact already.
+void add_energies(const Model& model, const Forest& moved_trees, State& state, const Observed& o,
                   Report& report) {
   report.kinetic_energy = kinetic_energy(model, o.frames, o.start);
-  report.potential_energy = gravity_energy(model, o.frames, o.start, 0.5 * h);
+  report.potential_energy = gravity_energy(model, o.frames);
   if (!has_springs(model)) return;
-  static thread_local BodyFrames middle;
   static thread_local std::vector<double> coordinates;
-  middle = o.frames;
-  for (std::size_t i = 0; i < middle.size(); ++i) {
-    middle[i].pose = moved(o.frames[i], o.start[i], -0.5 * h);
-    middle[i].centre -= 0.5 * h * o.start[i].linear;
-  }
   coordinates = state.coordinates;
-  half_a_step_back(moved_trees, o.trees, h, state);
-  update_coordinates(model, middle, state, moved_trees.has_joint);
-  report.spring_energy = spring_energy(model, middle, state);
+  update_coordinates(model, o.frames, state, moved_trees.has_joint);
+  report.spring_energy = spring_energy(model, o.frames, state);
   state.coordinates = coordinates;
 }
 

@@ -9,9 +9,8 @@ namespace amontons {
 // Adds a part of a step: the errors at its start, and its result.
 void add_part(const PositionErrors& errors, const StepProblem& posed, const Solved& solved, double tolerance,
               StepSums& sums, Report& report);
-// Energies at the end of a step of length h, or of its last part. Coordinates of trees that the step has
-// moved follow from its rates.
+// Energies at the end of a step. Coordinates of trees that the step has moved are exact already.
 void add_energies(const Model& model, const Forest& moved_trees, State& state, const Observed& observed,
-                  double h, Report& report);
+                  Report& report);
 
 }  // namespace amontons

@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "amontons/base/elementary.hpp"
 #include "multibody/contacts/contact_law.hpp"
@@ -105,7 +106,7 @@ JointSlip middle_slip(const JointContext& now, std::span<const double> q, const 
 // The part of the last step's slip e that is not reflected. `before`: the slip one step earlier; `reflected`:
 // the slip of v- in the pose q.
 JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
-  const double size = step::rough_slip * norm(reflected.linear);
+  const double size = step::rough * norm(reflected.linear);
   double share = 0;
   if (norm(e.linear) >= size)
     share = 1;
@@ -114,15 +115,48 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
   return {share * e.linear, e.angular};
 }
 
-// Bodies that touch something, and bodies jointed to one. Their motion is not smooth, and D v+ = 0 damps it.
-void find_near_contacts(const SmoothInput& in, std::vector<unsigned char>& touching,
-                        std::vector<unsigned char>& near) {
-  touching.assign(in.model.bodies(), 0);
+// Whether a contact may close within the step with a jump of velocities. One that carried a load in the last
+// step and is closed stays closed, or opens: its force changes as smoothly as the motion beside it.
+bool may_strike(const SmoothInput& in, const Contact& c, bool carried) {
+  const double start = dot(c.normal, relative_motion(c, in.start).linear);
+  const double free = dot(c.normal, relative_motion(c, in.free).linear);
+  if (c.gap > in.closed) return c.gap + in.h * std::min(start, free) <= 0;
+  return (in.last > 0 && !carried) || -start > smooth_speed(in.fall, free - start);
+}
+
+// The groups of dynamic bodies that joints and contacts connect: the first body of each.
+Index group_of(std::vector<Index>& first, Index body) {
+  while (first[body] != body) body = first[body] = first[first[body]];
+  return body;
+}
+
+// Bodies that touch something and bodies jointed to one, in groups where a contact may strike. Their motion
+// is not smooth, and D v+ = 0 damps it. A blow is felt beyond the joint next to it; so a group in which
+// nothing strikes has none of them.
+void find_near_contacts(const SmoothInput& in, SmoothScratch& scratch) {
+  auto& [_1, _2, _3, touching, near, first] = scratch;
+  const std::size_t bodies = in.model.bodies();
+  touching.assign(bodies, 0);
+  near.assign(bodies, 0);
+  if (in.contacts.empty()) return;
+  first.resize(bodies);
+  std::iota(first.begin(), first.end(), 0);
+  const auto connect = [&](Index a, Index b) {
+    if (in.model.is_dynamic(a) && in.model.is_dynamic(b)) first[group_of(first, a)] = group_of(first, b);
+  };
+  const auto& joints = in.model.description().joints;
+  for (const Joint& j : joints) connect(j.body_a, j.body_b);
+  for (const Contact& c : in.contacts) connect(c.body_a, c.body_b);
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    if (!may_strike(in, in.contacts[i], in.carried[i])) continue;
+    for (const Index body : {in.contacts[i].body_a, in.contacts[i].body_b})
+      if (in.model.is_dynamic(body)) near[group_of(first, body)] = 1;
+  }
   for (const Contact& c : in.contacts)
     for (const Index body : {c.body_a, c.body_b})
-      if (body >= 0) touching[body] = 1;
+      if (in.model.is_dynamic(body)) touching[body] = near[group_of(first, body)];
   near = touching;
-  for (const Joint& j : in.model.description().joints) {
+  for (const Joint& j : joints) {
     if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
     if (touching[j.body_a] || touching[j.body_b]) near[j.body_a] = near[j.body_b] = 1;
   }
@@ -139,11 +173,11 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   if (first_rigid == rows.tags.size()) return;
   // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
   // The resulting slip belongs to a pose in which they never were, and is removed.
-  const bool first = !(state.impulse_step > 0);
-  auto& [before, came, middle, touching, near] = scratch;
+  const bool first = !(in.last > 0);
+  auto& [before, came, middle, touching, near, groups] = scratch;
   came = before = in.start;
-  const LastStep last{in.frames, came, first ? in.h : state.impulse_step, middle};
-  const bool known = last.h == in.h && !rows.past.empty();
+  const LastStep last{in.frames, came, first ? in.h : in.last, middle};
+  const bool known = !first && !rows.past.empty();
   // Impulses act on the mean spin of the step, v+. The spin at its start and the spin that the impulses leave
   // there differ from it by the same lag: D (omega + (omega+ + lag)) = 0.
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -154,7 +188,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   }
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
-  find_near_contacts(in, touching, near);
+  find_near_contacts(in, scratch);
   const auto touched = [&scratch](Index body) { return body >= 0 && scratch.near[body]; };
   Index joint = -1;
   bool smooth = true;

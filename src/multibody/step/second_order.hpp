@@ -1,5 +1,8 @@
 // Terms of rows beyond D v+ = 0 that make smooth motion of second order.
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/problem/problem.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -8,23 +11,33 @@
 
 namespace amontons {
 
-// The velocities at the start of a step of length h, and data of the last step.
+// The largest speed (m/s) that loads explain along a row, over the two kicks beside an instant. `fall`: that
+// of gravity in a step. `change`: that of all loads in this step. A faster approach strikes, and a faster
+// change may be a jump.
+inline double smooth_speed(double fall, double change = 0) { return 2 * std::max(fall, std::abs(change)); }
+
+// The velocities at the start of a step, and data of the last step.
 struct SmoothInput {
   const Model& model;
   const BodyFrames& frames;
   const JointContexts& joints;
-  const BodyVelocities& start;
+  const BodyVelocities &start, &free;
   const std::vector<GyroscopicSpin>& spins;
   const std::vector<Contact>& contacts;
-  double h;
+  const std::vector<unsigned char>& carried;  // per contact: it had an impulse in the last step
+  double h, last;                             // s, of this step and of the last one; 0: there is none
+  double fall;                                // m/s, that gravity adds in a step
+  double closed;                              // m, gaps up to this one count as closed
 };
 
-// Scratch of reflect_joints(): velocities before, and of the last step; poses in its middle; bodies that
-// touch something or are jointed to such a body.
+// Scratch of reflect_joints(). `before`, `last`: velocities before, and of the last step; `middle`: poses in
+// its middle. `touching`: bodies that touch something, in groups where something strikes; `near`: those and
+// bodies jointed to them. `group`: of connected bodies.
 struct SmoothScratch {
   BodyVelocities before, last;
   std::vector<Transform> middle;
   std::vector<unsigned char> touching, near;
+  std::vector<Index> group;
 };
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);

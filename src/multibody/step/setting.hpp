@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "amontons/multibody/joints/rows.hpp"
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/model/model.hpp"
@@ -17,19 +19,22 @@ struct StepSetting {
   const Forest& forest;
   const SimulationOptions& options;
   double h;             // s, of this part of the step; options.dt is the whole step
+  double last;          // s, of the one before; 0: there is none that this one continues
   bool damped = false;  // of first order: the step may lose but never gain energy
   double margin;        // m
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
+  // Impulses act from the middle of the last step to the middle of this one (s).
+  double kick() const { return 0.5 * (last + h); }
   // A held step closes overlaps up to this (m) at once, so that limits and contacts that rest stay closed
   // after the small changes whose differences are its derivative.
   double held_reach() const {
     if (options.held == 0) return 0;
     return step::closing * h * h * norm(model.description().gravity) + options.held * model.length();
   }
-  JointOptions joint_options() const {
-    JointOptions all{h, recovery, model.length()};
+  JointOptions joint_options(std::span<const double> controls = {}) const {
+    JointOptions all{h, recovery, model.length(), true, kick(), controls};
     all.closing = held_reach() / h;
     return all;
   }

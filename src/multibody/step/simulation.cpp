@@ -11,6 +11,7 @@
 #include "amontons/base/interrupt.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/bodies/middle.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
@@ -72,6 +73,7 @@ const State& Simulation::last_state() const { return last_.before; }
 State Simulation::first_state() const {
   State state = initial_state(*model_);
   state.joint_forces.resize(tree_->nv());
+  state.held_joint_forces = state.joint_forces;
   return state;
 }
 
@@ -98,6 +100,29 @@ void Simulation::reset() {
   const State initial = first_state();
   state_ = initial;
   last_ = {};
+}
+
+// Rates of the instants would not do. Single steps of joints alternate about the mean, which goes into the
+// rates of instants twice. Those of the middles are what the forces changed.
+std::vector<double> Simulation::accelerations() const {
+  std::vector<double> qdd(tree_->nv());
+  if (last_.before.positions.empty()) return qdd;
+  State before = last_.before, after = state_;
+  amontons::show_middle(*model_, before);
+  amontons::show_middle(*model_, after);
+  const std::vector<double> first = read_coordinates(*tree_, before).qd,
+                            last = read_coordinates(*tree_, after).qd;
+  for (std::size_t i = 0; i < qdd.size(); ++i) qdd[i] = (last[i] - first[i]) / last_.between;
+  return qdd;
+}
+
+void Simulation::show_middle() { amontons::show_middle(*model_, state_); }
+
+void Simulation::begin_with_shown(bool steady) {
+  amontons::begin_with_shown(state_);
+  if (!steady) return;
+  state_.last_step = options_.dt;
+  keep_held_loads(state_);
 }
 
 // Automatic options are derived from the model, not from the state, so that they stay constant during a run.
@@ -149,6 +174,8 @@ void Simulation::make_step(Report& report) {
   validate(*model_, state_);
   StepClock clock(options_.budget, last_.reserved);
   last_.before = state_;
+  begin_with_velocities(*model_, state_);
+  const double before = state_.last_step;
   try {
     const bool by_velocities = options_.recovery == Recovery::velocity;
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
@@ -163,6 +190,7 @@ void Simulation::make_step(Report& report) {
         attempt.damped = attempt.damped || !balanced;
       }
       state_ = last_.before;
+      begin_with_velocities(*model_, state_);
     }
   } catch (...) {
     state_ = last_.before;
@@ -177,6 +205,7 @@ void Simulation::make_step(Report& report) {
   if (report.advanced) {
     ++state_.steps;
     state_.time = last_.before.time + options_.dt;
+    last_.between = options_.dt + 0.5 * (before - state_.last_step);
   }
   note_touching(report.advanced);
   report.time = state_.time;
@@ -191,7 +220,7 @@ void Simulation::finish_report(Report& report) {
   Observed& o = scratch_->observed;
   place_bodies(*model_, state_, o.frames, o.mobility, o.start);
   static const Forest none;
-  add_energies(*model_, report.advanced ? *forest_ : none, state_, o, options_.dt / report.substeps, report);
+  add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
   report.timings.total += clock.elapsed();
 }
 

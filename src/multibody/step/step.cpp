@@ -46,6 +46,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
                          .forest = *forest_,
                          .options = options_,
                          .h = h,
+                         .last = state_.last_step,
                          .damped = attempt.damped && !off("damped"),
                          .margin = margin(),
                          .recovery = attempt.recovers ? recovery_speed() : 0,

@@ -21,6 +21,7 @@ struct StepProblem {
   BodyVelocities predicted;  // the free velocities with the impulses x0; empty: nobody has asked yet
   BodyVelocities change;     // scratch
   SmoothScratch smooth;
+  std::vector<unsigned char> carried;  // per contact: it had an impulse in the last step
 };
 
 // Its solution, the result of stages 5 to 7.

@@ -2,6 +2,8 @@
 // takes less time than to update those of the step before.
 #include "multibody/trees/masses.hpp"
 
+#include "multibody/joints/row_terms.hpp"
+
 namespace amontons {
 
 namespace {
@@ -60,8 +62,8 @@ void make_inertias(const Model& model, const Forest& forest, const BodyFrames& f
   }
 }
 
-// Spring, damper and drive of a coordinate, with the impulse -h k (s + h q'+) - h d q'+ - a (q'+ - q'-) as of
-// a row (row_terms). In M it is a + h d + h^2 k on the diagonal.
+// Spring, damper and drive of a coordinate, with the impulse of a row (drive_terms). On the diagonal of M is
+// its derivative.
 void make_drives(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
   for (const TreeBody& b : forest.bodies) {
     if (b.joint < 0) continue;
@@ -78,11 +80,11 @@ void make_drives(const Model& model, const Forest& forest, const State& state, T
 }  // namespace
 
 void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                      double h, TreeStep& trees) {
+                      double h, double kick, TreeStep& trees) {
   make_inertias(model, forest, frames, trees);
   make_drives(model, forest, state, trees);
   trees.constrained.reset();
-  trees.constrained = tree_masses(model, forest, h, trees);
+  trees.constrained = tree_masses(model, forest, h, kick, trees);
 }
 
 // Composite inertias. Let I be the inertia of all bodies that a body supports. A unit of its column s gives
@@ -91,7 +93,7 @@ void make_tree_masses(const Model& model, const Forest& forest, const State& sta
 // Bodies come after their parents in the list. From the last one to the first, the inertia of a body is
 // complete before it is added to that of its parent. Reference points are those of the tree: inertias add.
 std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
-                                               TreeStep& trees) {
+                                               double kick, TreeStep& trees) {
   auto masses = unused_linkage(model, forest, trees);
   Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
@@ -114,8 +116,13 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
       double* row = &linkage.rows[linkage.first[k]];
       for (auto above = static_cast<Index>(k); above >= 0; above = forest.parent[above])
         *row++ = power(momentum, trees.columns[above]);
-      const TreeDrive& drive = trees.drives[k];
-      linkage.rows[linkage.first[k]] += drive.inertia + h * (drive.damping + h * drive.stiffness);
+      TreeDrive& drive = trees.drives[k];
+      double& diagonal = linkage.rows[linkage.first[k]];
+      diagonal += drive.inertia;
+      if (!(h > 0)) continue;
+      drive.euler = euler_share(drive.stiffness, drive.damping, 1 / diagonal, h);
+      const DriveShares share = drive_shares(h, 2 * kick - h, drive.euler);
+      diagonal += kick * (drive.damping * share.rate_after + drive.stiffness * share.stretch_after);
     }
     const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
     if (above < 0) continue;

@@ -6,11 +6,12 @@
 
 namespace amontons {
 
-// M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h.
+// M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h,
+// with impulses over `kick`.
 void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                      double h, TreeStep& trees);
+                      double h, double kick, TreeStep& trees);
 // The same M once more, over another length of step; 0: without springs and dampers.
 std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
-                                               TreeStep& trees);
+                                               double kick, TreeStep& trees);
 
 }  // namespace amontons

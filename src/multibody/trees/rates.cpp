@@ -14,13 +14,17 @@ namespace amontons {
 
 namespace {
 
-// Forces along a coordinate that are linear in its rate act implicitly, at the end of the step.
+// Forces along a coordinate that are linear in its rate act implicitly, as those of rows (drive_terms).
 //
 // The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
-double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h) {
+double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h, double last) {
   const TreeDrive& d = trees.drives[k];
-  return -h * (d.stiffness * (d.stretch + h * rate) + d.damping * rate) -
-         d.inertia * (rate - trees.before[k]);
+  const DriveShares s = drive_shares(h, last, d.euler);
+  const double before = trees.before[k];
+  return -0.5 * (last + h) *
+             (d.stiffness * (d.stretch + s.stretch_after * rate + s.stretch_before * before) +
+              d.damping * (s.rate_after * rate + s.rate_before * before)) -
+         d.inertia * (rate - before);
 }
 
 // Velocities of bodies from rates; trees.flow are the flows.
@@ -93,7 +97,7 @@ double largest(std::span<const double> rates) {
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
 //
 // False: the rounds diverge, as coordinates turn too far within the step.
-bool find_rates(const Model& model, const Forest& forest, const State& state, double h,
+bool find_rates(const Model& model, const Forest& forest, const State& state, double h, double last_step,
                 const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
                 TreeStep& trees, std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
@@ -107,7 +111,8 @@ bool find_rates(const Model& model, const Forest& forest, const State& state, do
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     subtract_stiffness(forest, rates, trees, trees.impulse);
     project(forest, trees.impulse, trees);
-    for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, rates[k], h) + pushed[k];
+    for (std::size_t k = 0; k < n; ++k)
+      trees.along[k] += drive_impulse(trees, k, rates[k], h, last_step) + pushed[k];
     trees.constrained->linkage->solve(trees.along.data());
     for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
     const double change = largest(trees.along);
@@ -123,17 +128,17 @@ bool find_rates(const Model& model, const Forest& forest, const State& state, do
 
 }  // namespace
 
-// Impulses of loads on each body, about the reference. The momenta before the step are added to them when the
-// impulses of rows are foreseen, so that the search for contacts does without.
-static void supply_loads(const Model& model, const Forest& forest, const State& state, double h,
+// Impulses of loads on each body over the kick, about the reference. The momenta before the step are added to
+// them when the impulses of rows are foreseen, so that the search for contacts does without.
+static void supply_loads(const Model& model, const Forest& forest, double kick,
                          const std::vector<BodyImpulse>& loads, TreeStep& trees) {
   trees.supply.resize(forest.bodies.size());
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
-    const Vec3 push = h * (weight + state.forces[body]) + loads[body].force;
-    const Vec3 turn = h * state.torques[body] + loads[body].torque;
+    const Vec3 push = kick * weight + loads[body].force;
+    const Vec3& turn = loads[body].torque;
     trees.supply[i] = {push, turn + cross(trees.places[i].centre - trees.places[i].reference, push)};
   }
 }
@@ -147,9 +152,9 @@ static void supply_loads(const Model& model, const Forest& forest, const State& 
 //
 // A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
 //
-// trees.impulse: minus those that the bodies need over h to keep their rates.
+// trees.impulse: minus those that the bodies need over the kick to keep their rates.
 static void subtract_velocity_terms(const Forest& forest, const BodyFrames& frames,
-                                    const BodyVelocities& start, double h, TreeStep& trees) {
+                                    const BodyVelocities& start, double kick, TreeStep& trees) {
   trees.impulse.resize(forest.bodies.size());
   const auto straight = [&](Index body) {
     return body < 0 ? Flow{} : Flow{-cross(start[body].angular, start[body].linear), {}};
@@ -178,18 +183,18 @@ static void subtract_velocity_terms(const Forest& forest, const BodyFrames& fram
     const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
     const Flow change{needed.linear + cross(v.angular, p.linear),
                       needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
-    trees.impulse[i] = (-h) * change;
+    trees.impulse[i] = (-kick) * change;
   }
 }
 
 // Velocity terms move energy between coordinates. Explicit ones create energy if these turn by radians within
 // a step. Their share s is the largest at which the energy of the rates does not rise in this pose:
 //
-//   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -h c(q, q'),   d = M^-1 p.
+//   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -K c(q, q'),   d = M^-1 p.
 static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                                 double h, TreeStep& trees) {
+                                 double kick, TreeStep& trees) {
   const std::size_t n = forest.parent.size();
-  subtract_velocity_terms(forest, frames, start, h, trees);
+  subtract_velocity_terms(forest, frames, start, kick, trees);
   project(forest, trees.impulse, trees);
   std::vector<double>& change = trees.mean;
   change = trees.along;
@@ -205,30 +210,32 @@ static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames,
 
 // One round with the velocity terms at the start of the step is of first order, which is enough to search for
 // contacts. It costs a third of a round with momenta over displacements.
-void make_free_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
+void make_free_tree_velocities(const Model& model, const Forest& forest, double h, double last,
                                const BodyFrames& frames, const BodyVelocities& start,
                                const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
+  const double kick = 0.5 * (last + h);
   read_rates(forest, trees, frames, start, trees.before);
-  supply_loads(model, forest, state, h, loads, trees);
+  supply_loads(model, forest, kick, loads, trees);
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
-  subtract_velocity_terms(forest, frames, start, h, trees);
+  subtract_velocity_terms(forest, frames, start, kick, trees);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.impulse[i] += trees.supply[i];
   trees.slow_supply = trees.impulse;
   project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h, last);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.before;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.along[k];
   trees.fastest = largest(trees.before);
-  if (is_fast(h * trees.fastest)) limit_velocity_terms(forest, frames, start, h, trees);
+  if (is_fast(h * trees.fastest)) limit_velocity_terms(forest, frames, start, kick, trees);
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
 // Joints do no work over two displacements in mean, if these are short: their forces are normal to the
 // motion in the pose between them. Coordinates that turn by radians within a step break this.
 static bool creates_energy(const Model& model, const Forest& forest, const State& state, double h,
-                           const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees) {
+                           double last, const BodyFrames& frames, const BodyVelocities& start,
+                           TreeStep& trees) {
   const double fastest = std::max(trees.fastest, largest(trees.free));
   if (!is_fast(h * fastest)) return false;
   make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
@@ -240,7 +247,8 @@ static bool creates_energy(const Model& model, const Forest& forest, const State
   for (std::size_t i = 0; i < forest.bodies.size(); ++i)
     work += power(trees.impulse[i], trees.chord[i]) + power(trees.impulse[i], trees.chord_before[i]);
   for (std::size_t k = 0; k < trees.free.size(); ++k)
-    work -= (drive_impulse(trees, k, trees.free[k], h) + trees.pushed[k]) * (trees.free[k] + trees.before[k]);
+    work -= (drive_impulse(trees, k, trees.free[k], h, last) + trees.pushed[k]) *
+            (trees.free[k] + trees.before[k]);
   return !(work <= trees::most_left * energy);
 }
 
@@ -248,14 +256,12 @@ static bool creates_energy(const Model& model, const Forest& forest, const State
 // whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
 // are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
 static void project_momenta(const Model& model, const Forest& forest, const State& state, double h,
-                            const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees) {
+                            double last, const BodyFrames& frames, const BodyVelocities& start,
+                            TreeStep& trees) {
   const std::size_t n = forest.parent.size();
   trees.impulse = trees.supply;
   project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) {
-    const TreeDrive& d = trees.drives[k];
-    trees.along[k] += d.inertia * trees.before[k] - h * d.stiffness * d.stretch;
-  }
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, 0, h, last);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.along;
   for (int round = 0; round < trees::most_rounds; ++round) {
@@ -277,11 +283,11 @@ static void project_momenta(const Model& model, const Forest& forest, const Stat
 // impulses, its rates are r, the motion of second order. The difference is of the order h |q'| times that of
 // the impulses.
 //
-// The momenta before the step are those of the displacement that led here, over the step before. After the
-// first state, or if the user has moved a tree, that displacement is the one of the present rates backwards.
+// The momenta before the step are those of the displacement that led here, over the step before. Without a
+// step before they are those of the rates, which are then of this instant.
 void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                             const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
-                             TreeStep& trees, BodyVelocities& free) {
+                             double last, const BodyFrames& frames, const BodyVelocities& start,
+                             std::span<const double> w, TreeStep& trees, BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
   trees.pushed.assign(n, 0.0);
@@ -303,23 +309,33 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     trees.free = trees.first;
     return;
   }
-  const double last = state.impulse_step > 0 ? state.impulse_step : h;
-  make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.momenta);
+  if (last > 0) {
+    make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.momenta);
+    trees.chord_before = trees.chord;
+  } else {
+    make_slow_momenta(forest, frames, start, trees.before, trees, trees.momenta);
+    trees.chord_before = trees.flow;
+  }
   trees.loads = trees.supply;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
-  trees.chord_before = trees.chord;
-  const bool found = find_rates(model, forest, state, h, frames, start, trees.pushed, trees, trees.free);
-  if (found && !creates_energy(model, forest, state, h, frames, start, trees)) {
+  const bool found =
+      find_rates(model, forest, state, h, last, frames, start, trees.pushed, trees, trees.free);
+  if (found && !creates_energy(model, forest, state, h, last, frames, start, trees)) {
     for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   } else {
-    project_momenta(model, forest, state, h, frames, start, trees);
+    project_momenta(model, forest, state, h, last, frames, start, trees);
   }
   write_velocities(forest, frames, trees.free, trees, free);
 }
 
+// The velocity of the origin of a body after write_velocities().
+static Vec3 origin_velocity(const TreeStep& trees, std::size_t i) {
+  const TreePlace& place = trees.places[i];
+  return trees.flow[i].linear + cross(trees.flow[i].angular, place.pose.position - place.reference);
+}
+
 // Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
-// velocities in the state are those of the rates in the new pose. The rates are means over the step: they
-// belong to its middle, as all velocities after a step.
+// middle velocities are those of the rates in the new pose, since the rates are means over the step.
 void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
                 double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
                 State& state) {
@@ -348,10 +364,27 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   write_velocities(forest, moved, rates_then, trees, after);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
-    const TreePlace& place = trees.places[i];
-    const Flow& f = trees.flow[i];
-    state.linear_velocities[body] = f.linear + cross(f.angular, place.pose.position - place.reference);
-    state.angular_velocities[body] = f.angular;
+    state.middle_velocities[body].linear = origin_velocity(trees, i);
+    state.middle_velocities[body].angular = trees.flow[i].angular;
+  }
+}
+
+// A tree is one island, so that its bodies have one share. Rates of coordinates change smoothly where the
+// velocities of bodies do.
+void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, TreeStep& trees,
+                           State& state) {
+  trees.mean = trees.after;
+  bool stopped = true;
+  for (const double rate : trees.after) stopped = stopped && rate == 0;
+  for (const TreeBody& b : forest.bodies)
+    for (std::size_t k = b.first; k < b.first + b.count && !stopped; ++k)
+      trees.mean[k] += ahead[b.body] * (trees.after[k] - trees.before[k]);
+  write_velocities(forest, trees.frames, trees.mean, trees, trees.velocities);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    MiddleVelocity& middle = state.middle_velocities[body];
+    state.linear_velocities[body] = middle.left_linear = origin_velocity(trees, i);
+    state.angular_velocities[body] = middle.left_angular = trees.flow[i].angular;
   }
 }
 
@@ -359,8 +392,8 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
 //
 // A ball has the inertia of its drive here; its spring and damper are rows. Columns of a reversed joint are
 // -1 times the axes of A.
-void store_drive_impulses(const Forest& forest, double h, const TreeStep& trees, State& state) {
-  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h); };
+void store_drive_impulses(const Forest& forest, double h, double last, const TreeStep& trees, State& state) {
+  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h, last); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     if (b.joint < 0) continue;

@@ -47,14 +47,14 @@ inline Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
   return {inertia.mass * v.linear + cross(v.angular, inertia.first),
           inertia.second * v.angular + cross(inertia.first, v.linear)};
 }
-// Spring, damper and inertia along a coordinate.
+// Spring, damper and inertia along a coordinate, and the share of implicit Euler (joints/row_terms.hpp).
 struct TreeDrive {
-  double stiffness = 0, stretch = 0, damping = 0, inertia = 0;
+  double stiffness = 0, stretch = 0, damping = 0, inertia = 0, euler = 1;
 };
 
-// M over a step of length h contains forces along one coordinate that are linear in its rate. These are the
-// inertia a, the damper h d and the spring h^2 k. As rows of the problem they would be bilateral with the
-// compliance 1 / (a + h d + h^2 k) and leave it by elimination, with the same result.
+// M over a step contains forces along one coordinate that are linear in its rate: of inertia, damper and
+// spring. As rows of the problem they would be bilateral with the compliance of drive_terms() and leave it by
+// elimination, with the same result.
 //
 // Where the trees stand at the start of a step, and their M; arrays keep their memory between steps.
 struct TreeStep {

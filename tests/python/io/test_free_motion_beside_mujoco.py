@@ -1,8 +1,9 @@
 """Without contacts and limits, models move as in MuJoCo: what is left is the error of the step.
 
-The error of a method of first order halves with the step, and twice the motion at h less that at 2 h is free
-of it. What that differs from MuJoCo's motion by, itself extrapolated from two fine steps, is a fault of
-reading.
+Motion is of second order, but actuators, drag and inertias of drives act with errors of first order.
+Twice the motion at h less that at 2 h is free of these. A third of four times such a motion less that of
+doubled steps is free of errors of second order, too. What is left beside MuJoCo's motion, itself extrapolated
+from two fine steps of first order, is a fault of reading.
 """
 
 import math
@@ -71,8 +72,8 @@ def ours(model, names, qd, controls, h):
     return np.hstack([sim.state.positions[ids], turns.reshape(len(ids), 9)])
 
 
-def errors(model, m):
-    """Of poses at the end at 2 ms, and extrapolated; from random velocities, under random controls."""
+def errors(model, m, longest=2e-3):
+    """Of poses at the end at the longest step, and extrapolated; random velocities, random controls."""
     bits = mujoco.mjtDisableBit
     m.opt.disableflags |= int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_LIMIT) | int(bits.mjDSBL_FRICTIONLOSS)
     m.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -94,8 +95,9 @@ def errors(model, m):
         pytest.skip("no body has a name")
     coarse, fine = (of_mujoco(m, names, qd, controls, h) for h in (1e-4, 5e-5))
     exact = 2 * fine - coarse
-    first, second = (ours(model, names, qd, by_name, h) for h in (2e-3, 1e-3))
-    return np.abs(first - exact).max(), np.abs(2 * second - first - exact).max()
+    first, second, third = (ours(model, names, qd, by_name, h) for h in (longest, longest / 2, longest / 4))
+    coarse, fine = 2 * second - first, 2 * third - second
+    return np.abs(first - exact).max(), np.abs((4 * fine - coarse) / 3 - exact).max()
 
 
 def saturates(m, qd, controls):
@@ -171,5 +173,10 @@ def test_robots(name):
         pytest.skip(model.unread[0].what)
     if not m.nv or m.nv > 200:
         pytest.skip("nothing moves, or too much")
-    step, left = errors(model, m)
+    # In coordinates of joints: rows leave errors of position of 1e-4 of the length, as large as those of the
+    # step. Errors have an order only where the step resolves the dampers, which some models need 1 ms for.
+    for longest in (2e-3, 1e-3):
+        step, left = errors(replace(model, trees="auto"), m, longest)
+        if left < 0.5 * step + 1e-5:
+            break
     assert left < 0.5 * step + 1e-5

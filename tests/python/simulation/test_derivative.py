@@ -92,24 +92,30 @@ def free_flight():
     return builder.build(), 5, {}, {}
 
 
-def after(model, before, change, by, options, control=None):
-    """A simulation after a step from a state that is changed; bodies start where the joints put them."""
+def after(model, before, change, by, options, control=None, inputs="controls"):
+    """A simulation after a step from a state that is changed; bodies start where the joints put them.
+
+    Its rates are those of the middle of the step.
+    """
     sim = Simulation(model, **options)
     sim._core.restore(before)
+    sim._core.show_middle()
     q, qd = sim.q, sim.qd
     sim.q = q if change is None else integrate(model, q, by * change[: model.nv])
     sim.qd = qd if change is None else qd + by * change[model.nv :]
     if control is not None:
-        sim.state.controls[control] += by
+        getattr(sim._core, inputs)[control] += by
+    sim._core.begin_with_shown(False)
     sim.step()
+    sim._core.show_middle()
     return sim
 
 
-def central(model, sim, options, change=None, control=None):
+def central(model, sim, options, change=None, control=None, inputs="controls"):
     before = sim._core.copy()
     before.restore_last()
     snapshot = before.snapshot()
-    ends = [after(model, snapshot, change, by, options, control) for by in (CHANGE, -CHANGE)]
+    ends = [after(model, snapshot, change, by, options, control, inputs) for by in (CHANGE, -CHANGE)]
     moved = [difference(model, sim.q, end.q) for end in ends]
     return np.concatenate([moved[0] - moved[1], ends[0].qd - ends[1].qd]) / (2 * CHANGE)
 
@@ -152,6 +158,8 @@ def test_state_and_controls(name, trees):
     for k in range(len(model.control_names)):
         expected = central(model, sim, options, control=k)
         np.testing.assert_allclose(found.B[:, k], expected, atol=3e-6 * np.abs(found.B).max())
+        expected = central(model, sim, options, control=k, inputs="held_controls")
+        np.testing.assert_allclose(found.B_before[:, k], expected, atol=3e-6 * np.abs(found.B).max())
 
 
 def started(name, trees="none"):
@@ -192,10 +200,13 @@ def test_parameters(name):
         for sign in (1, -1):
             other = Simulation(model.with_(**{what: {pattern: value + sign * by}}), **options)
             arrays = snapshot.arrays
-            scalars = {n: arrays.pop(n) for n in ("time", "steps", "impulse_step")}
+            scalars = {n: arrays.pop(n) for n in ("time", "steps", "impulse_step", "last_step")}
             other._core.restore(amontons._core.State(other.model.core, arrays=arrays, **scalars))
+            other._core.show_middle()
             other.q, other.qd = other.q, other.qd  # bodies are where the joints put them
+            other._core.begin_with_shown(False)
             other.step()
+            other._core.show_middle()
             ends.append(np.concatenate([difference(model, sim.q, other.q), other.qd]))
         expected = (ends[0] - ends[1]) / (2 * by)
         assert np.abs(expected).max() > 1e-9 or name == "stick"
@@ -219,22 +230,26 @@ def test_adjoint_of_many_steps():
     for _ in range(50):
         sim.step()
         tape.append(sim.derivative(parameters=["damping:elbow"]))
-    cotangent, parameter, control = np.array([1.0, -0.5, 0.3, 0.2]), 0.0, 0.0
-    for step in reversed(tape):
+    cotangent, parameter, control, third = np.array([1.0, -0.5, 0.3, 0.2]), 0.0, 0.0, 0.0
+    for k, step in reversed(list(enumerate(tape))):
         back = step.vjp(cotangent)
         cotangent, parameter = back.state, parameter + back.parameters[0]
-        control += back.inputs[0]
+        control += back.inputs[0] + back.inputs_before[0]
+        third += (k == 3) * back.inputs[0] + (k == 4) * back.inputs_before[0]  # of one step alone
 
-    def loss(damping=0.1, effort=-1.0, change=0.0):
+    def loss(damping=0.1, effort=-1.0, change=0.0, once=0.0):
         run = Simulation(model.with_(damping={"elbow": damping}), **options)
         run.set_q(start + [change, 0])
-        run.controls = [effort, *run.controls[1:]]
-        run.run(50 * 2e-3)
+        for k in range(50):
+            run.controls = [effort + (k == 3) * once, *run.controls[1:]]
+            run.step()
+        run._core.show_middle()
         return np.concatenate([difference(model, sim.q, run.q), run.qd]) @ [1.0, -0.5, 0.3, 0.2]
 
     for found, name, at in (
         (parameter, "damping", 0.1),
         (control, "effort", -1.0),
+        (third, "once", 0.0),
         (cotangent[0], "change", 0.0),
     ):
         expected = (loss(**{name: at + 1e-5}) - loss(**{name: at - 1e-5})) / 2e-5
@@ -258,7 +273,7 @@ def test_where_there_is_none():
     resting = sim.derivative()
     assert resting.differentiable  # impulses are many, the velocities one
     sim.state.forces = [[0.5 * 2.0 * 9.81, 0, 0]]  # at the border of the friction cone
-    sim.step()
+    sim.run(4e-3)  # in the first step a half of the kick has the old load
     border = sim.derivative()
     assert not border.differentiable
     assert border.reason
@@ -372,3 +387,5 @@ def test_wrong():
             sim.derivative(**arguments)
     with pytest.raises(amontons.InputError, match="cotangent has 3 entries"):
         sim.derivative().vjp(np.zeros(3))
+    with pytest.raises(amontons.InputError, match="rates has 3 entries"):
+        sim.derivative().vjp(np.zeros(2 * sim.model.nv), np.zeros(3))

@@ -60,7 +60,10 @@ def rests_beyond(sim, model):
 
 
 def compared(model, sim, random):
-    """The relative errors of the derivative over velocities and over coordinates; None at a border."""
+    """The relative errors of the derivative over velocities and over coordinates; None at a border.
+
+    Rates are those of the middles of steps.
+    """
     found = sim.derivative()
     before = sim._core.copy()
     before.restore_last()
@@ -72,9 +75,12 @@ def compared(model, sim, random):
         world = Simulation(model, **OPTIONS)
         world._core.restore(snapshot)
         world.state.controls = sim.controls
+        world._core.show_middle()
         q, qd = world.q, world.qd
         world.q, world.qd = integrate(model, q, dq), qd + dqd
+        world._core.begin_with_shown(False)
         world.step()
+        world._core.show_middle()
         return world
 
     def state(world):

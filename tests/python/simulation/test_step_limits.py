@@ -6,6 +6,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import scenes, shapes
+from middle import energies_in_the_middle
 
 
 def hopeless():
@@ -50,7 +51,8 @@ def test_spin_that_no_step_follows():
 # Breaks when the turned inertia of a body on a hinge, about an axis that is none of its own, gives energy:
 # the impulses of the hinge turn its momentum, and a step that turns it by radians sees neither on the way.
 # Where it has become slow the second order may give some per cent in a step; without the bound it is whole
-# multiples.
+# multiples. Velocities of an instant are no measure of it here: they are those of the middle and half of
+# their change, which turns with the body.
 @pytest.mark.parametrize("turn", [1.0, 3.0, 6.0])
 def test_fast_hinges_make_no_energy(turn):
     builder = amontons.ModelBuilder(gravity=(0, 0, 0))
@@ -68,9 +70,10 @@ def test_fast_hinges_make_no_energy(turn):
     sim = amontons.Simulation(builder.build(), dt=0.01, on_failure="ignore")
     before = np.inf
     for _ in range(30):
-        report = sim.step()
-        assert report.kinetic_energy <= 1.03 * before
-        before = report.kinetic_energy
+        sim.step()
+        energy, _ = energies_in_the_middle(sim)
+        assert energy <= 1.03 * before
+        before = energy
 
 
 # Breaks when impulses that there was no time to find make energy: with a budget that is spent before the

@@ -48,13 +48,15 @@ def nearly():
 
 
 # Breaks when residuals or their derivatives belong to other parameters, frames or controls: the same model
-# has made the motion, and restarts of it differ by warm starts alone.
+# has made the motion. A piece begins with the recorded rates, whose error is h^2 / 2 of the change of the
+# acceleration: 2e-6 w^2 of the rate, 1e-4 with w = 7 rad/s. In 0.2 s the weakest damper, of d / I = 0.75 / s,
+# takes 0.14 of the rate, so that its bias is within 1e-4 / 0.14 and that of the others less.
 def test_finds_what_made_the_motion(motion):
-    fit = identify(arm(), motion, list(TRUTH))
-    assert fit.values == pytest.approx(list(TRUTH.values()), rel=1e-5)
-    assert fit.error < 1e-6
+    fit = identify(arm(), motion, list(TRUTH), piece=100)
+    assert fit.values == pytest.approx(list(TRUTH.values()), rel=1e-3)
+    assert fit.error < 1e-5
     assert fit.held_out < 1e-3 * fit.held_out_before
-    assert fit.model.joints[1].dofs[0].damping == pytest.approx(0.06, rel=1e-5)
+    assert fit.model.joints[1].dofs[0].damping == fit["damping:elbow"]
     assert fit["mass:lower"] == fit.values[2]
 
 

@@ -61,8 +61,7 @@ Momentum momentum(const Model& model, const State& state);
 // J, 1/2 m v^2 + 1/2 omega' I omega of the state's velocities, or of given ones.
 double kinetic_energy(const Model& model, const State& state);
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities);
-// -m g . x of the centres of mass, `before` seconds ago along their present velocities.
-double gravity_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
-                      double before);
+// J, -m g . x of the centres of mass.
+double gravity_energy(const Model& model, const BodyFrames& frames);
 
 }  // namespace amontons

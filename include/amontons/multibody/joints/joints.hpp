@@ -23,8 +23,8 @@ struct JointContext;  // a joint in the world, src/multibody/joints/joint_contex
 void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<const JointContext> joints,
                        const State& state, const JointOptions& options, JointRows& rows);
 
-// Adds the impulses over h of effort motors to the loads of dynamic bodies.
-void add_motor_loads(const Model& model, std::span<const JointContext> joints, const State& state, double h,
-                     std::vector<BodyImpulse>& loads);
+// Adds the impulses over `kick` of effort motors with these controls to the loads of dynamic bodies.
+void add_motor_loads(const Model& model, std::span<const JointContext> joints,
+                     std::span<const double> controls, double kick, std::vector<BodyImpulse>& loads);
 
 }  // namespace amontons

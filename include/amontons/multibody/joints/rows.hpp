@@ -122,9 +122,14 @@ struct JointOptions {
   // Dampers act on velocities. Displacements that correct positions take no time, so dampers do not act on
   // them.
   bool dampers = true;
+  // s, over which impulses act: from the middle of the last step to the middle of this one.
+  double kick = h;
+  // Efforts follow these controls, means over that time; empty: the controls of the state.
+  std::span<const double> controls = {};
   // m/s: overlaps of limits that this speed closes within the step are closed, as those of contacts are
   // (HeldStep). A joint that rests at its limit then stays there whichever side it is moved to.
   double closing = 0;
+  double last() const { return 2 * kick - h; }  // s, of the step before; 0: none
 };
 
 // Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start.

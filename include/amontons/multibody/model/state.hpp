@@ -31,6 +31,13 @@ struct TendonImpulse {
   double limit = 0;  // > 0 pushes away from the lower limit
 };
 
+// Velocities of a body in the middle of the last step, with which the next one begins, and those that the
+// last step left in the state. They are of the origin of its frame, as in the state.
+struct MiddleVelocity {
+  Vec3 linear, angular;            // world, m/s, rad/s
+  Vec3 left_linear, left_angular;  // other ones in the state were set by the user
+};
+
 // Largest |coordinate| of a position (m), speed (m/s, rad/s), force and so on in a state. It is far beyond
 // any mechanism in any units, and far below values whose squares and products overflow.
 inline constexpr double largest_coordinate = 1e15;
@@ -47,12 +54,14 @@ inline bool within(const Vec3& a, double most) {
 struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
-  double impulse_step = 0;               // s, the time step of the impulses below; 0: none yet
+  double impulse_step = 0;               // s, the time over which the impulses below acted; 0: none yet
+  double last_step = 0;                  // s, the last step that a next one continues; 0: none
   std::vector<Vec3> positions;           // of the origin of each body frame, world, m
   std::vector<Quat> orientations;        // body axes into world axes
   std::vector<Vec3> linear_velocities;   // of the origin of each body frame, world, m/s
   std::vector<Vec3> angular_velocities;  // world, rad/s
-  std::vector<Vec3> forces, torques;     // constant external loads at each centre of mass, world, N, N m
+  std::vector<MiddleVelocity> middle_velocities;
+  std::vector<Vec3> forces, torques;  // constant external loads at each centre of mass, world, N, N m
   // Arrays with one entry per dof are indexed by Model::first_dof().
   std::vector<double> coordinates;  // per dof, m or rad, including full turns
   // Controls in the order of Model::controls(): of every actuator, then of every motor.
@@ -60,6 +69,9 @@ struct State {
   // Constant generalised forces along qd, in the order of Tree: N or N m. Empty means zero; a Simulation has
   // all.
   std::vector<double> joint_forces;
+  // The four kinds of loads above as they were held over the last step.
+  std::vector<Vec3> held_forces, held_torques;
+  std::vector<double> held_controls, held_joint_forces;
   // Per actuator: activation (ignored without dynamics), impulse of the effort along its length.
   std::vector<double> activations, actuator_impulses;
   // Contacts with an impulse in the last step, without impacts, sorted by (geom_a, geom_b). The next step

@@ -45,9 +45,7 @@ struct Report {
                                                   // the error of couplings and limits of tendons
   int worst_joint = -1;                           // joint with the largest error; -1: no joint has one
   bool joints_close = true;                       // the largest error is smaller than a step before
-  // J. The energies of gravity and springs are those of half a step before the end. Symplectic Euler moves
-  // with the velocity at the end, so T(v+) + V(q+) is wrong by h/2 v . grad V. With V(q+ - h v+ / 2) the sum
-  // is exact for projectiles and of second order elsewhere.
+  // J, at the end of the step. The sum is exact for projectiles and of second order elsewhere.
   double kinetic_energy = 0, potential_energy = 0, spring_energy = 0;
   // Work of all parts that can only dissipate (J): rigid contacts, joints, limits and dry friction. A
   // positive value is created energy. `balanced` is false if it exceeds rounding and the tolerance, and the

@@ -103,6 +103,16 @@ class Simulation {
   // The VI of the last step or substep, and its solution; empty before the first step.
   const std::shared_ptr<const Problem>& problem() const { return last_.problem; }
   const std::vector<double>& impulses() const { return last_.x; }
+  // Generalised accelerations along qd, of which the forces of the last step are the cause: means from the
+  // middle of the step before to that of the last one. Zeros before the first step.
+  std::vector<double> accelerations() const;
+  // For derivatives of a step, which map the velocities that it begins with to those of the next one.
+  //
+  // Shows them in the state, in place of those of the instant.
+  void show_middle();
+  // Begins the next step with those in the state, which may have changed since. `steady`: as in a motion that
+  // lasts, after a step of the same length, with the loads of now.
+  void begin_with_shown(bool steady);
   // The options, with automatic values replaced by the derived ones.
   double margin() const;
   double recovery_speed() const;
@@ -135,6 +145,7 @@ class Simulation {
   struct Last {
     State before;                   // at the start of the step
     double begun = 0;               // s, of its last substep: the instant of its forces
+    double between = 1;             // s, from the middle of the step before to that of this one
     std::vector<Transform> stood;   // poses of all bodies there
     double joint_error = infinity;  // m, at that instant
     // Time (s) reserved for work after the solve: the longest of the last steps, which decays.

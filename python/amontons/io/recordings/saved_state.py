@@ -28,7 +28,9 @@ from .model_json import model_from_json, model_to_json
 
 FORMAT = "amontons-simulation"
 VERSION = 1
-_SCALARS = ("time", "steps", "impulse_step")
+_SCALARS = ("time", "steps", "impulse_step", "last_step")
+_MISSING = {"last_step": 0.0}
+"""In files of old versions: the next step begins with the velocities that they have."""
 DIGEST = "model_sha256"
 """The dataset that says of which model a state is."""
 LATEST = 1e15
@@ -118,7 +120,7 @@ def _state(reader: Reader, model: _core.Model, digest: np.ndarray[Any, Any]) -> 
         raise reader.fail("/state is that of another model than /model: its checksum is another one")
     scalars = {}
     for name in _SCALARS:
-        values = reader.array(name)
+        values = np.array(_MISSING[name]) if name in _MISSING and not reader.has(name) else reader.array(name)
         if values.shape != () or not values >= 0 or not np.isfinite(values) or values > LATEST:
             raise reader.fail(f"{reader.name(name)} must be one number from 0 to {LATEST:g}")
         if name == "steps" and values != int(values):

@@ -1,0 +1,140 @@
+#include "multibody/step/ahead.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multibody/bodies/motion.hpp"
+#include "multibody/contacts/contact_law.hpp"
+#include "multibody/joints/row_terms.hpp"
+#include "multibody/step/policy.hpp"
+#include "multibody/step/second_order.hpp"
+
+namespace amontons {
+
+namespace {
+
+// The speeds along a row: before the step, without impulses, and after it.
+struct RowSpeeds {
+  double before, free, after;
+};
+
+// A gap that closes with more speed than loads can give it within a few steps strikes.
+bool strikes(const RowSpeeds& u, double fall) { return -u.before > smooth_speed(fall, u.free - u.before); }
+
+// Friction that has stopped a motion does not reverse it.
+bool stops(double before, double after, double fall) {
+  return before > step::closing * fall && after < step::three_digits * before;
+}
+
+bool is_rough(const Contact& c, const double* x, const Observed& o, const BodyVelocities& after,
+              double fall) {
+  if (!(*x > 0)) return false;
+  double before[3], free[3], then[3];
+  const ContactBasis basis(c);
+  basis.to_contact(relative_motion(c, o.start).linear, before);
+  basis.to_contact(relative_motion(c, o.free).linear, free);
+  basis.to_contact(relative_motion(c, after).linear, then);
+  return strikes({before[0], free[0], then[0]}, fall) ||
+         stops(std::hypot(before[1], before[2]), std::hypot(then[1], then[2]), fall);
+}
+
+// A force that the step does not resolve has taken most of a motion: a stiff damper or spring. `resisted`:
+// the inverse mass of the row.
+bool takes(double compliance, double resisted, const RowSpeeds& u) {
+  return resisted > compliance && std::abs(u.after) < step::rough * std::abs(u.before);
+}
+
+// A force along a row that is far from that of the last step, and changes the speed by more than a fall.
+bool jumps(double x, double last, const RowSpeeds& u, double fall) {
+  return std::abs(x - last) > step::rough * std::max(std::abs(x), std::abs(last)) &&
+         std::abs(u.after - u.before) > smooth_speed(fall);
+}
+
+// A joint turns the velocity of a body by a large part within the step, which no acceleration describes.
+bool swings(const BodyVelocity& before, const BodyVelocity& after, double h) {
+  const double change = norm(after.linear - before.linear);
+  return h * norm(after.angular) > resolved_turn && change > resolved_turn * norm(after.linear);
+}
+
+// Row i of joints with the impulse x; `scale`: the kick over that of the last step, 0 without one.
+bool is_rough(const JointRows& rows, std::size_t i, double x, double scale, const Observed& o,
+              const BodyVelocities& after, double h, double fall) {
+  if (x == 0) return false;
+  const JacobianRow& row = rows.jacobian[i];
+  const RowSpeeds u{row_velocity(row, o.start), row_velocity(row, o.free), row_velocity(row, after)};
+  const RowKind kind = rows.tags[i].kind;
+  if (kind == RowKind::friction) return stops(std::abs(u.before), std::abs(u.after), fall);
+  // A rate with parts of auxiliary bodies, which rest in these velocities, is not known: only the force
+  // tells.
+  const auto bodies = static_cast<Index>(after.size());
+  if (row.body_a >= bodies || row.body_b >= bodies) return jumps(x, scale * rows.x0[i], u, fall);
+  if (rows.restraint[i] == Restraint::inequality) return strikes(u, fall);
+  if (kind == RowKind::coupling) return false;
+  if (kind == RowKind::locked) {
+    const auto swinging = [&](Index body) {
+      return body >= 0 && body < static_cast<Index>(after.size()) && swings(o.start[body], after[body], h);
+    };
+    return swinging(row.body_a) || swinging(row.body_b);
+  }
+  if (takes(rows.compliance[i], inverse_effective_mass(row, o.bodies()), u)) return true;
+  if (scale > 0) return jumps(x, scale * rows.x0[i], u, fall);
+  return rows.compliance[i] == 0 && std::abs(u.after - u.before) > smooth_speed(fall);
+}
+
+// The island of each body, -1 for none.
+void find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
+                std::vector<Index>& home) {
+  find_islands(graph, island);
+  home.assign(bodies, -1);
+  const auto add = [&](Index body, Index to) {
+    if (body >= 0 && body < static_cast<Index>(bodies) && home[body] < 0) home[body] = to;
+  };
+  for (std::size_t k = 0; k < graph.links.size(); ++k) {
+    add(graph.links[k].a, island[k]);
+    add(graph.links[k].b, island[k]);
+  }
+  // Bodies of a tree share the island of the one that leads it.
+  for (const ContactGraph::Link& tie : graph.ties) {
+    if (tie.b < static_cast<Index>(bodies)) add(tie.a, home[tie.b]);
+  }
+  for (const ContactGraph::Link& tie : graph.ties) {
+    if (tie.a < static_cast<Index>(bodies)) add(tie.b, home[tie.a]);
+  }
+}
+
+}  // namespace
+
+// Impulses over the kick changed the velocities from v- to v+, those of two middles. Where forces change
+// slowly, they go on as they were: half a step later the velocity is v+ + h / (2 k) (v+ - v-), with an error
+// h^2 / 2 of the rate of the acceleration. No second solve at the end of the step is needed. An impulse that
+// acted at one instant would be counted half as much again, so that an island with a jump keeps v+. Islands
+// are the unit, because a part of a mechanism that jumps moves all of it.
+void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved& solved, double last_kick,
+                Observed& o) {
+  auto& [ahead, island, home, rough] = o.ahead;
+  // A solve that missed a tight tolerance may still have the digits that count.
+  const bool solved_well =
+      !step.damped && (solved.path == StepPath::accurate || (solved.path == StepPath::joints_restored &&
+                                                             solved.solution.residual <= step::three_digits));
+  ahead.assign(step.model.bodies(), solved_well ? step.h / (2 * step.kick()) : 0);
+  if (!solved_well) return;
+  const Problem& problem = *posed.problem;
+  const double fall = step.h * norm(step.model.description().gravity);
+  const double scale = step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0;
+  const std::size_t first = problem.rows() - posed.rows.jacobian.size();
+  find_homes(problem.graph, ahead.size(), island, home);
+  rough.assign(island.size() + 1, 0);
+  for (std::size_t k = 0; k < island.size(); ++k) {
+    if (island[k] < 0 || rough[island[k]]) continue;
+    const std::size_t row = static_cast<std::size_t>(problem.graph.first_row[k]);
+    const double* x = &solved.solution.x[row];
+    // Rows of joints come last. A block may have several rows; the first is that along which it pulls.
+    rough[island[k]] = row < first
+                           ? is_rough(o.contacts[k], x, o, solved.after, fall)
+                           : is_rough(posed.rows, row - first, *x, scale, o, solved.after, step.h, fall);
+  }
+  for (std::size_t i = 0; i < ahead.size(); ++i)
+    if ((home[i] >= 0 && rough[home[i]]) || o.stopped[i]) ahead[i] = 0;
+}
+
+}  // namespace amontons
