@@ -116,12 +116,12 @@ def impact(sim: amontons.Simulation, duration: float) -> Impact:
     growth = momentum_error = 0.0
     reports = []
     for _ in range(round(duration / sim.dt)):
-        before = np.array(middle(sim).momentum()[0])
+        before = np.array(middle(sim).forces.momentum()[0])
         report = sim.step()
         contacts = sim.contacts
         outside = contacts["impulse"][contacts["body_b"] == -1].sum(axis=0)
-        chain = np.asarray(sim.joint_reactions["force"][anchor]) * kick(sim)
-        error = np.array(middle(sim).momentum()[0]) - before - outside - chain - gravity * kick(sim)
+        chain = np.asarray(sim.forces.joint_reactions["force"][anchor]) * kick(sim)
+        error = np.array(middle(sim).forces.momentum()[0]) - before - outside - chain - gravity * kick(sim)
         momentum_error = max(momentum_error, float(np.linalg.norm(error)) / scale)
         now = energy_in_the_middle(sim)
         if last is not None:

@@ -100,7 +100,7 @@ def test_door_with_two_hinges():
     sim.step()
     mean = (before + sim.state.angular_velocities[0, 2]) / 2
     assert mean == pytest.approx(2.0, rel=2 * (sim.dt * 2.0) ** 2)
-    carried = sim.joint_reactions["force"].sum(axis=0)[2]
+    carried = sim.forces.joint_reactions["force"].sum(axis=0)[2]
     assert carried == pytest.approx(sim.model.total_mass * 9.81, rel=1e-4)
 
 

@@ -317,15 +317,15 @@ def test_forces_and_moments_account_for_all_momentum(law):
     for _ in range(200):
         begun = middle(sim)
         x, v = np.array(sim.state.positions), np.array(begun.state.linear_velocities)
-        angular = np.array(begun.momentum()[1])
+        angular = np.array(begun.forces.momentum()[1])
         report = sim.step()
-        forces, torques = sim.contact_forces()
+        forces, torques = sim.forces.contact_forces()
         ended = middle(sim)
         change = masses[:, None] * (ended.state.linear_velocities - v)
         bound = 1e-12 * (np.abs(forces).max() + gravity.max()) * 20
         assert np.abs(change - kick(sim) * (forces + gravity)).max() < max(bound, 1e-12)
         expected = kick(sim) * (np.cross(x, forces + gravity) + torques).sum(axis=0)
-        assert np.array(ended.momentum()[1]) - angular == pytest.approx(expected, abs=1e-10)
+        assert np.array(ended.forces.momentum()[1]) - angular == pytest.approx(expected, abs=1e-10)
         assert report.residual < 1e-4
         energies.append(report.energy)
         torques_seen = max(torques_seen, np.abs(sim.contacts["torque"]).max(initial=0))
