@@ -147,9 +147,9 @@ def test_options(theirs):
 
 
 # Breaks when inertias, springs, dampers, armatures or gears of a model are read otherwise: both move alike in
-# the air over one action. MuJoCo at a twentieth of its time step is exact beside ours. Our error is of the
-# first order at least, so that the error at the smaller of two steps is at most their difference; the bound
-# is twice that.
+# the air over one action. MuJoCo's RK4 at a twentieth of its time step is exact beside ours; its Euler
+# method, which HalfCheetah asks for, is of the first order and is not. Our error is of the first order at
+# least, so that the error at the smaller of two steps is at most their difference; the bound is twice that.
 @pytest.mark.parametrize("name", NAMES)
 def test_motion_in_the_air(name, theirs):
     env, reference = ours(name), theirs(name)
@@ -177,6 +177,7 @@ def test_motion_in_the_air(name, theirs):
         ends.append(world.q)
     reference.set_state(q, np.zeros(reference.model.nv))
     reference.model.opt.timestep /= 20
+    reference.model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     reference.do_simulation(action, 20 * reference.frame_skip)
     moved = np.abs(ends[1] - q).max()
     assert moved > 1e-2 or task.interval < 0.02
