@@ -59,6 +59,11 @@ FRICTION_RULES = {
     name: getattr(_core.FrictionRule, name) for name in ("geometric_mean", "maximum", "minimum", "mean")
 }
 
+PYTHON_PARTS = {
+    "keyframes": Keyframe, "unread": Unread, "sites": Site, "sensors": Sensor, "visuals": Visual,
+    "links": Link,
+}  # fmt: skip
+"""Fields that the compiled model does not know, and so does not check."""
 TREES = {name: getattr(_core.Trees, name) for name in ("none", "auto")}
 
 
@@ -113,6 +118,10 @@ class Model:
         for f in fields(self):
             if isinstance(getattr(self, f.name, None), list):
                 object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
+        for name, kind in PYTHON_PARTS.items():
+            parts = getattr(self, name)
+            if not isinstance(parts, tuple) or not all(isinstance(part, kind) for part in parts):
+                raise InputError(f"{name} = {shown(parts)}; give a tuple of {kind.__name__}")
         object.__setattr__(self, "core", _core.Model(to_core(self)))
         check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors)
 

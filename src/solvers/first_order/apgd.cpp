@@ -37,8 +37,8 @@ namespace {
 // Without relaxation an increase by one unlucky direction would last for ever. L shrinks a little after every
 // step, so that the step length follows the curvature of the current face.
 constexpr double relaxation = 0.98;  // factor of L after every step
-// Share by which the sums of a curvature round. A direction that no cone bounds keeps its curvature as L is
-// raised: it ties with the L that it gave, and the last bit of a sum decided whether L doubled once more.
+// Share by which the sums of a curvature round, added to an L that comes of them. A direction that no cone
+// bounds keeps its curvature as L is raised, and would tie with the L that it gave.
 constexpr double rounding = 1e-12;
 // Residual over its least since the last drop of the momentum, under coulomb.
 constexpr double most_rise = 1.5;
@@ -70,8 +70,8 @@ class Apgd {
       const double dAd = iterate_.curvature();
       ++monitor_.products;
       require_curvature(dAd, d.dPd);
-      if (!(dAd > (1 + rounding) * L_ * d.dPd) || !(d.dPd > 0)) break;
-      L_ = std::max(2 * L_, dAd / d.dPd);
+      if (!(dAd > L_ * d.dPd) || !(d.dPd > 0)) break;
+      L_ = std::max(2 * L_, (1 + rounding) * dAd / d.dPd);
     }
     // 3. The sums of the direction give the angle of the momentum: x_j+1 - x_j = d + (y - x), hence in the P
     // metric

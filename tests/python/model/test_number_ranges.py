@@ -134,3 +134,11 @@ def test_flags_of_parts(value):
     for make in (lambda: amontons.Joint(closes_loop=value), lambda: amontons.parts.Actuator(early=value)):
         with pytest.raises(amontons.InputError, match="must be True or False"):
             make()
+
+
+# Breaks when parts that only Python knows end in an error from inside.
+@pytest.mark.parametrize("name", ["keyframes", "unread", "sites", "sensors", "visuals", "links"])
+@pytest.mark.parametrize("value", [float("nan"), ("foot",), None])
+def test_parts_that_are_none(name, value):
+    with pytest.raises(amontons.InputError, match=f"{name} = .*; give a tuple of"):
+        amontons.Model(**{name: value})
