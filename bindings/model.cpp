@@ -2,7 +2,7 @@
 
 #include "amontons/multibody/contacts/overlaps.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/model/fields.hpp"
+#include "amontons/multibody/model/model_json.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -34,6 +34,37 @@ nb::class_<T> bind_fields(nb::module_& m, const char* name) {
   };
   std::apply([&](const auto&... field) { (bind(field), ...); }, detail::fields<T>);
   return part;
+}
+
+// Parts that no step reads. Python packs and unpacks the meshes of pictures.
+void bind_looks(nb::module_& m) {
+  nb::class_<Look>(m, "Look", "A shape, or a mesh of pictures as two packed arrays, or neither.")
+      .def(nb::init<>())
+      .def(
+          "__init__", [](Look* self, const Shape& shape) { new (self) Look{shape, {}}; }, nb::arg("shape"))
+      .def(
+          "__init__",
+          [](Look* self, std::string vertices, std::string triangles) {
+            new (self) Look{
+                {},
+                std::make_shared<const PictureMesh>(PictureMesh{std::move(vertices), std::move(triangles)})};
+          },
+          nb::arg("vertices"), nb::arg("triangles"))
+      .def_ro("shape", &Look::shape)
+      .def_prop_ro("mesh",
+                   [](const Look& look) {
+                     return look.mesh ? std::optional(std::pair(look.mesh->vertices, look.mesh->triangles))
+                                      : std::nullopt;
+                   })
+      .def_prop_ro(
+          "key", [](const Look& look) { return reinterpret_cast<std::uintptr_t>(look.mesh.get()); },
+          "Equal for looks that share a mesh.");
+  bind_fields<NamedLink>(m, "Link");
+  bind_fields<Site>(m, "Site");
+  bind_fields<Sensor>(m, "Sensor");
+  bind_fields<Visual>(m, "Visual");
+  bind_fields<Keyframe>(m, "Keyframe");
+  bind_fields<Unread>(m, "Unread");
 }
 
 }  // namespace
@@ -70,17 +101,16 @@ void bind_model(nb::module_& m) {
   bind_fields<Tendon>(m, "Tendon");
   bind_fields<Transmission>(m, "Transmission");
   bind_fields<Actuator>(m, "Actuator");
+  bind_looks(m);
   bind_fields<ModelDescription>(m, "ModelDescription");
+  m.def("write_model", &write_model_json, nb::arg("description"), "Its JSON text.");
+  m.def("read_model", &read_model_json, nb::arg("text"), nb::arg("who"),
+        "The description in a JSON text; InputErrors begin with `who` and name the place.");
   nb::class_<Model>(m, "Model", "A checked description, which never changes.")
       .def(nb::new_([](const ModelDescription& description) { return std::make_shared<Model>(description); }),
            nb::arg("description"))
-      .def_static(
-          "from_json",
-          [](const std::string& file) { return std::make_shared<Model>(Model::from_json(file)); },
-          nb::arg("file"), "The model of a JSON file; its errors name the place.")
-      .def(
-          "to_json", [](const Model& model, const std::string& file) { model.to_json(file); },
-          nb::arg("file"), "Writes a JSON file as C++ does.")
+      .def_prop_ro(
+          "description", [](const Model& model) { return model.description(); }, "A copy.")
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from .. import _core
 from ..checks import Vector3, chosen, entries, flag, named, sequence, shown, vector3
 from ..errors import InputError
-from .parts import WORLD, fill, numbers
+from .parts import WORLD, fill, numbers, words
 from .transforms import ORIGIN, Transform
 
-PATHS = {name: getattr(_core.PathKind, name) for name in ("point", "sphere", "cylinder", "pulley")}
-TRANSMISSIONS = {
-    name: getattr(_core.TransmissionKind, name) for name in ("dof", "tendon", "wrench", "slider_crank")
-}
-ACTIVATIONS = {name: getattr(_core.ActivationKind, name) for name in ("none", "integrator", "filter")}
+PATHS = words(_core.PathKind)
+TRANSMISSIONS = words(_core.TransmissionKind)
+ACTIVATIONS = words(_core.ActivationKind)
 
 
 @dataclass(frozen=True)

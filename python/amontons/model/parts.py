@@ -31,10 +31,17 @@ from .transforms import ORIGIN, Transform
 WORLD = -1
 OWN = -1
 """In place of a link: what a body is without its links."""
-MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
-MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "velocity", "position")}
-DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
-JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
+
+
+def words(kind: Any) -> dict[str, Any]:
+    """The values of an enumeration of the compiled module by name."""
+    return {value.name: value for value in kind}
+
+
+MOTIONS = words(_core.Motion)
+MOTORS = words(_core.MotorKind)
+DOFS = words(_core.DofKind)
+JOINTS = words(_core.JointKind)
 
 
 def fill(thing: object, **values: Any) -> None:
@@ -177,7 +184,7 @@ class Dof:
     armature: float = 0.0
     """inertia of the drive (kg or kg m^2)"""
     motor: Motor = Motor()
-    name: str = field(default="", metadata={"core": False})
+    name: str = ""
     """of its coordinate in `Model.coordinates`; "" takes that of the joint"""
     lower_effort: float = -math.inf
     upper_effort: float = math.inf
@@ -272,7 +279,7 @@ class Geom:
     """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
     surface_spin: Vector3 = (0.0, 0.0, 0.0)
     """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
-    link: int = field(default=OWN, metadata={"core": False})
+    link: int = OWN
     """the link of the body that it belongs to, an index of `Model.links`; OWN: none"""
 
     def __post_init__(self) -> None:
@@ -352,9 +359,9 @@ class Joint:
     """lever of the friction of a journal (m)"""
     play_friction: float = 0.0
     """mu of the journal in its bearing, or of the slider in its guide"""
-    link_a: int = field(default=OWN, metadata={"core": False})
+    link_a: int = OWN
     """the link of body A that it holds, an index of `Model.links`; OWN: none"""
-    link_b: int = field(default=OWN, metadata={"core": False})
+    link_b: int = OWN
 
     def __post_init__(self) -> None:
         who = named("joint", self.name)

@@ -55,6 +55,11 @@ class Shape:
         """m^3"""
         return self.mass_properties().mass
 
+    def _make(self, **values: Any) -> None:
+        """A shape of a few lengths, which the compiled module knows by the name of the class."""
+        self._set(**values)
+        self._set(core=_core.Shape.of(type(self).__name__, values))
+
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -80,8 +85,7 @@ class Sphere(Shape):
     radius: float
 
     def __post_init__(self) -> None:
-        self._set(radius=number("Sphere: radius", self.radius))
-        self._set(core=_core.Shape.sphere(self.radius))
+        self._make(radius=number("Sphere: radius", self.radius))
 
 
 @guided
@@ -96,8 +100,7 @@ class Box(Shape):
         def __init__(self, half: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
-        self._set(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
-        self._set(core=_core.Shape.box(self.half))
+        self._make(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,14 +112,10 @@ class _Tube(Shape):
 
     def __post_init__(self) -> None:
         kind = type(self).__name__
-        self._set(
+        self._make(
             radius=number(f"{kind}: radius", self.radius),
             half_length=number(f"{kind}: half_length", self.half_length),
         )
-        self._set(core=self._core_shape())
-
-    def _core_shape(self) -> _core.Shape:
-        raise NotImplementedError
 
 
 @guided
@@ -124,17 +123,11 @@ class _Tube(Shape):
 class Capsule(_Tube):
     """The points within `radius` of the segment |z| <= `half_length`."""
 
-    def _core_shape(self) -> _core.Shape:
-        return _core.Shape.capsule(self.radius, self.half_length)
-
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Cylinder(_Tube):
     """About the z axis, |z| <= `half_length`."""
-
-    def _core_shape(self) -> _core.Shape:
-        return _core.Shape.cylinder(self.radius, self.half_length)
 
 
 @guided
@@ -149,8 +142,7 @@ class Ellipsoid(Shape):
         def __init__(self, radii: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
-        self._set(radii=vector3("Ellipsoid: radii", self.radii))
-        self._set(core=_core.Shape.ellipsoid(self.radii))
+        self._make(radii=vector3("Ellipsoid: radii", self.radii))
 
 
 @guided
@@ -161,7 +153,7 @@ class Plane(Shape):
     static_only: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        self._set(core=_core.Shape.plane())
+        self._make()
 
 
 @guided
@@ -213,7 +205,9 @@ class Mesh(Shape):
             vertices=frozen(_points("Mesh: vertices", self.vertices)),
             triangles=frozen(_triangles("Mesh: triangles", self.triangles)),
         )
-        self._set(core=_core.Shape.mesh(self.vertices, self.triangles))
+        core = _core.Shape.mesh(self.vertices, self.triangles)
+        # Triangles then name the first of equal vertices, as a mesh from a file does.
+        self._set(core=core, triangles=frozen(core.values["triangles"]))
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
