@@ -3,7 +3,6 @@
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"
-#include "amontons/collision/shapes/mass.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 

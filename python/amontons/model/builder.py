@@ -7,13 +7,14 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
+from .. import _core
 from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
 from ..errors import InputError
 from ..guidance import guided
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
-from .mass import NOTHING, MassProperties
+from .mass import MassProperties
 from .model import FRICTION_RULES, TREES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
@@ -28,6 +29,7 @@ from .parts import (
     Material,
     Motor,
     PairMaterial,
+    inertia_matrix,
 )
 from .presets import Unread
 from .sensing import Sensor, Site
@@ -440,33 +442,19 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
-    """Mass properties from the arguments of add_body, zero by default; `Body` checks inertia and centre."""
-    _require_one_source(who, shape, density, mass, inertia)
+    """Mass properties from the arguments of add_body, zero by default."""
     density = None if density is None else positive(f"{who}: density", density)
     mass = None if mass is None else positive(f"{who}: mass", mass)
-    solid = NOTHING
-    if shape is not None and (density is not None or (mass is not None and inertia is None)):
-        unit = shape.mass_properties()
-        solid = unit.scaled(density if density is not None else mass / unit.mass)
-    if mass is not None:
-        solid = replace(solid, mass=mass)  # the mass that was given, to the last bit
-    if inertia is not None:
-        solid = replace(solid, inertia=inertia)
-        if shape is not None and mass is not None and not shape.static_only:
-            solid = replace(solid, centre_of_mass=shape.mass_properties().centre_of_mass)
-    return solid if centre is None else replace(solid, centre_of_mass=centre)
-
-
-def _require_one_source(who: str, shape: Shape | None, density: Any, mass: Any, inertia: Any) -> None:
-    """Mass and inertia are given by a shape and one number, or by both numbers."""
-    if density is not None and mass is not None:
-        raise InputError(f"{who}: density and mass are both given; keep one of them")
-    if density is not None and shape is None:
-        raise InputError(f"{who}: density is given without a shape; give mass= and inertia=, or a shape")
-    if mass is not None and inertia is None and shape is None:
-        raise InputError(f"{who}: mass is given without a shape or inertia; give inertia= about the centre")
-    if inertia is not None and mass is None and density is None:
-        raise InputError(f"{who}: inertia is given without mass; give both")
+    return MassProperties.of(
+        _core.solid_of(
+            who,
+            None if shape is None else shape.core,
+            density or 0.0,
+            mass or 0.0,
+            None if inertia is None else inertia_matrix(f"{who}: inertia", inertia),
+            None if centre is None else vector3(f"{who}: centre_of_mass", centre),
+        )
+    )
 
 
 def _or_default(material: Material | None) -> Material:
