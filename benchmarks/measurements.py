@@ -4,7 +4,7 @@ a four-bar linkage.
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
 Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
-measured_PART.csv, a row per figure, and their tables into docs/measured.md (report_measured.py).
+measured_PART.csv, a row per figure, and their tables into docs/measured.md (reports/measured.py).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import report_measured
 from common import RESULTS, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
 
@@ -50,7 +49,7 @@ def main() -> None:
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
     if renew:
-        report_measured.renew(options.out)
+        renew(options.out)
 
 
 if __name__ == "__main__":
