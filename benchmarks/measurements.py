@@ -15,6 +15,7 @@ from typing import Any
 
 from common import RESULTS, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
+from reports.measured import renew
 
 Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -36,8 +37,8 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
     options = parser.parse_args()
-    renew = options.out is None and not options.quick
-    options.out = TABLES if renew else options.out
+    whole = options.out is None and not options.quick
+    options.out = TABLES if whole else options.out
     options = with_folders(options)
     for name in options.only:
         folder, rows = PARTS[name]
@@ -48,7 +49,7 @@ def main() -> None:
         found = list(rows(path, options.quick))
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
-    if renew:
+    if whole:
         renew(options.out)
 
 
