@@ -20,7 +20,9 @@ from cpp_facts import body, calls, code, declared
 
 ROOMS = ("multibody/step", "solvers/choice", "solvers/direct", "solvers/central_path")
 TEXT = (".py", ".pyi", ".cpp", ".hpp", ".md")
-ASKS = re.compile(r"(?:\.|->)(?:ends_within|over|over_attempt|exhausted|left|work_left|since_solved|elapsed)\(")
+ASKS = re.compile(
+    r"(?:\.|->)(?:ends_within|over|over_attempt|exhausted|left|work_left|since_solved|elapsed)\("
+)
 """Questions to the clock or the budget."""
 
 
@@ -41,11 +43,11 @@ def assigned(path: Path, name: str) -> Any:
     raise SystemExit(f"{path}: there is no {name}")
 
 
-def of_package(root: Path) -> list[str]:
+def of_package(root: Path) -> list[int]:
     """The number of public names, and of members of `Simulation`, of the package as it is installed there."""
     ask = "import amontons as a; print(len(a.__all__), sum(n[0] != '_' for n in dir(a.Simulation)))"
     told = subprocess.run([root / ".venv/bin/python", "-c", ask], capture_output=True, text=True, check=True)
-    return told.stdout.split()
+    return list(map(int, told.stdout.split()))
 
 
 def rows(root: Path) -> dict[str, str]:
@@ -55,21 +57,24 @@ def rows(root: Path) -> dict[str, str]:
     tests = " ".join(map(code, (root / "tests" / "cpp").glob("*.cpp")))
     tested = {name for name in stages if re.search(rf"\b{name}\(", tests)}
     names, members = of_package(root)
-    listed = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True)
-    text = [root / name for name in listed.stdout.splitlines() if name.endswith(TEXT)]
+    told = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True)
+    listed = [root / name for name in told.stdout.splitlines() if name.endswith(TEXT)]
     repairs = assigned(root / "benchmarks" / "ablation.py", "REPAIRS").values
-    return {
-        "lines of " + ", ".join(ROOMS): f"{lines([p for room in ROOMS for p in sources(root, room)]):,}",
-        "repairs in `benchmarks/ablation.py`": str(sum(len(group.elts) for group in repairs)),
-        "tuned numbers of these rooms (`check_policy.py`)": str(sum(look(root, room).count for room in ROOMS)),
-        "questions to the clock or the budget in `src/multibody/step`": str(
-            sum(len(ASKS.findall(code(path))) for path in step if path.suffix == ".cpp")
+    step_code = [code(path) for path in step if path.suffix == ".cpp"]
+    counts = {
+        "lines of " + ", ".join(ROOMS): lines([p for room in ROOMS for p in sources(root, room)]),
+        "repairs in `benchmarks/ablation.py`": sum(len(group.elts) for group in repairs),
+        "tuned numbers of these rooms (`check_policy.py`)": sum(look(root, room).count for room in ROOMS),
+        "questions of `src/multibody/step` to the clock or the budget": sum(
+            len(ASKS.findall(text)) for text in step_code
         ),
-        "stages that `Simulation::advance` calls and a C++ test calls alone": f"{len(tested)} of {len(stages)}",
+        "stages that `Simulation::advance` calls": len(stages),
+        "of these called alone by a C++ test": len(tested),
         "names in `amontons.__all__`": names,
         "members of `Simulation`": members,
-        f"lines of {', '.join('*' + kind for kind in TEXT)} files": f"{lines([p for p in text if p.is_file()]):,}",
+        "lines of " + ", ".join("*" + kind for kind in TEXT): lines([p for p in listed if p.is_file()]),
     }
+    return {what: f"{number:,}" for what, number in counts.items()}
 
 
 if __name__ == "__main__":
