@@ -19,6 +19,7 @@ from .differences import INPUTS
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
+from .stepping import steps_watched
 from .tape import Gradient, Tape, cotangent, gradient
 
 
@@ -274,7 +275,7 @@ def advance_watched(
             if rows.joint_forces is not None:
                 world.state.joint_forces = rows.joint_forces[k, row]
             try:
-                steps = world._steps_watched(repeat, before_step, after_step)
+                steps = steps_watched(world, repeat, before_step, after_step)
             except InputError as error:
                 failures[k] = str(error)
                 break

@@ -17,6 +17,7 @@ import numpy as np
 from ...errors import FileError, InputError
 from ...limits import Limits
 from ...model.model import Model
+from ...simulation.copies import set_clock
 from ...simulation.outcome import REPORTS
 from ...simulation.simulation import Simulation
 from ...simulation.tables import CONTACTS
@@ -238,7 +239,7 @@ class Recording:
         for name in STATE:
             if name != "joint_coordinates":
                 setattr(made.state, name, getattr(self, name)[k])
-        made._set_clock(float(self.times[k]), int(self.steps[k]))
+        set_clock(made, float(self.times[k]), int(self.steps[k]))
         return made
 
     def frame_at(self, time: float) -> int:
