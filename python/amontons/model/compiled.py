@@ -9,6 +9,7 @@ import base64
 import zlib
 from dataclasses import fields
 from enum import Enum
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from .links import Link
 from .parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
 from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
-from .shapes import KINDS, Shape
+from .shapes import Shape, shape_of_core
 from .transforms import Transform
 from .visuals import TriangleMesh, Visual
 
@@ -126,11 +127,7 @@ class Parts:
     def of(self, core: Any) -> Any:
         """Raises InputError as the class of the part does."""
         kind = _BACK[type(core)]
-        given: dict[str, Any] = {}
-        for f in fields(kind):
-            if f.init:
-                given[f.name] = self._value(getattr(core, f.name), str(f.type))
-        return kind(**given)
+        return kind(**{name: self._value(getattr(core, name), said) for name, said in _annotated(kind)})
 
     def _value(self, value: Any, annotation: str) -> Any:
         if isinstance(value, Enum):
@@ -166,12 +163,18 @@ class Parts:
         return self._shapes[key]
 
     def _shape(self, core: _core.Shape) -> Any:
-        key = (core.kind, core.key)
         if core.key == 0:
-            return KINDS[core.kind](**core.values)
+            return shape_of_core(core)
+        key = (core.kind, core.key)
         if key not in self._shapes:
-            self._shapes[key] = KINDS[core.kind](**core.values)
+            self._shapes[key] = shape_of_core(core)
         return self._shapes[key]
+
+
+@cache
+def _annotated(kind: Any) -> list[tuple[str, str]]:
+    """The fields of a part with the types that its class gives them."""
+    return [(f.name, str(f.type)) for f in fields(kind) if f.init]
 
 
 def _packed(array: np.ndarray[Any, Any]) -> str:

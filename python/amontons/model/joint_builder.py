@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Unpack
 
 from .. import _core, checks
@@ -199,6 +198,7 @@ class JointBuilder(ABC):
         if limits is not None and length is not None:
             raise InputError(f"{who}: length and limits are both given; keep one of them")
         with about(who):
+            fields = joint_fields(options)
             lower, upper = (None, None) if limits is None else bounds(limits)
         if length is not None:
             length = number(f"{who}: length", length)
@@ -207,7 +207,7 @@ class JointBuilder(ABC):
             upper = number(f"{who}: longest", upper, infinite=True)
         ends, links = self._ends(who, a, b)
         core = _core.rod_between(name, *ends, *points, length, lower, upper)
-        return self._joined(core, links, **joint_fields(options))
+        return self._joined(core, links, fields)
 
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, also of links, its frames are in them."""
@@ -248,17 +248,18 @@ class JointBuilder(ABC):
             check = checks.point if key == "point" else number if key in PLAY else unit_vector
             setattr(new, AXES.get(key, key), check(f"{who}: {key}", value))
         with about(who):
+            fields = joint_fields(options)
             if known is BallOptions:
                 new.dof = to_core(ball_dof(options))
             else:
                 count = _core.dofs_of_kind(kind)
                 new.dofs = [to_core(dof) for dof in dofs_of(count, options)]
         ends, links = self._ends(who, a, b)
-        return self._joined(_core.joint_between(kind, *ends, new), links, **joint_fields(options))
+        return self._joined(_core.joint_between(kind, *ends, new), links, fields)
 
-    def _joined(self, core: Any, links: tuple[int, int], **fields: Any) -> int:
-        """Adds a joint that the compiled builder made."""
-        joint = replace(Parts().of(core), link_a=links[0], link_b=links[1], **fields)
+    def _joined(self, core: Any, links: tuple[int, int], fields: Mapping[str, Any]) -> int:
+        """Adds a joint that the compiled builder made, with fields that are good."""
+        joint = changed(Parts().of(core), link_a=links[0], link_b=links[1], **fields)
         return self._append("joint", self._joints, joint)
 
     def _ends(

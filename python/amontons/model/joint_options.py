@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
-from ..checks import Numbers, sequence, shown
+from ..checks import Numbers, flag, number, sequence, shown
 from ..errors import InputError
 from .parts import Dof, Motor
 
@@ -98,8 +98,9 @@ def require_options(function: str, options: Mapping[str, Any], kind: Any) -> Non
 
 
 def joint_fields(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of `Joint` that the options of every joint fill, but for the name."""
-    return {key: options[key] for key in ("compliance", "collide") if key in options}
+    """The fields of `Joint` that the options of every joint fill, but for the name; checked."""
+    checks = {"compliance": number, "collide": flag}
+    return {key: check(key, options[key]) for key, check in checks.items() if key in options}
 
 
 def ball_dof(options: Mapping[str, Any]) -> Dof:

@@ -264,6 +264,16 @@ KINDS: dict[str, type[Shape]] = {
 }
 
 
+def shape_of_core(core: _core.Shape) -> Shape:
+    """The shape of one of the compiled module, which has checked it."""
+    made = object.__new__(KINDS[core.kind])
+    for name, value in core.values.items():
+        plain = tuple(value) if isinstance(value, list) else value
+        made._set(**{name: frozen(plain) if isinstance(plain, np.ndarray) else plain})
+    made._set(core=core)
+    return made
+
+
 def _numbers(what: str, values: ArrayLike) -> Array:
     """A finite copy, which nobody else can change."""
     return finite(what, reals(what, values)).copy()

@@ -193,6 +193,7 @@ class Reader {
       const auto take = [&]<class S>() {
         if (kind != detail::shape_name<S>) return false;
         look.shape = shape_of_kind(p, std::type_identity<S>());
+        validate(*look.shape);
         return true;
       };
       if (detail::any_shape(take)) return look;

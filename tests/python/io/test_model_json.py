@@ -82,6 +82,7 @@ def test_json_of_the_standard(tmp_path):
         (lambda d: d["bodies"][1].update(mass="x"), "bodies[1].mass: give a number"),
         (lambda d: d["bodies"][1].update(mass=-1), 'body "b": the mass is -1'),
         (lambda d: d["geoms"][0].update(shape=9), "geoms[0].shape: there is no such shape"),
+        (lambda d: d["shapes"][0].update(radius=-1), "shapes[0]: sphere: the radius must be positive"),
         (lambda d: d["shapes"][0].update(kind="Torus"), "shapes[0]: the kind of shape is not known"),
         (lambda d: d["bodies"][0].update(weight=2), 'bodies[0]: "weight" is not known here'),
         (lambda d: d.pop("bodies"), 'there is no list "bodies"'),

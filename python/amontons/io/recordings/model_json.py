@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from ... import _core
+from ...errors import InputError
 from ...model.compiled import Looks, Parts, to_core
 from ...model.model import PYTHON_PARTS, Model
 from ...model.parts import Body, Fluid, Geom, Joint
@@ -24,8 +25,16 @@ def model_to_json(model: Model) -> str:
 
 def model_from_json(text: str, who: str = "model") -> Model:
     """Raises InputError that begins with `who` and names the place, or the part that cannot be."""
-    description, parts = _core.read_model(text, who), Parts()
-    _core.Model(description)  # whose messages name the part
+    description = _core.read_model(text, who)
+    try:
+        return _model_of(description)
+    except InputError:
+        _core.Model(description)  # whose messages name the part
+        raise
+
+
+def _model_of(description: _core.ModelDescription) -> Model:
+    parts = Parts()
     given: dict[str, Any] = {
         name: parts.all(getattr(description, name))
         for name in (
