@@ -124,19 +124,20 @@ MOTOR_TERMS = {
 @guided
 @dataclass(frozen=True)
 class Motor:
-    """Drive of one degree of freedom of a joint; its target or effort is one of `Simulation.controls`."""
+    """Drive of one degree of freedom of a joint; its control is one of `Simulation.controls`."""
 
     kind: str = "none"
-    """none | effort (the control is the force or torque) | velocity | position"""
+    """meaning of the control: none | effort (force or torque) | velocity | position"""
     control: float = 0.0
-    """initial: N or N m, m/s or rad/s, m or rad"""
+    """control at the start (N or N m; m/s or rad/s; m or rad)"""
     max_effort: float = math.inf
-    """N or N m, > 0"""
+    """largest effort in either direction, > 0 (N or N m)"""
     kp: float = 0.0
-    """of a position motor, N/m or N m/rad: effort = kp (control - q) - kd q'; 0 is exact"""
+    """stiffness of a position motor (N/m or N m/rad): effort = kp (control - q) - kd q'. With 0 the motor
+    holds the position exactly"""
     kd: float = 0.0
-    """N s/m or N m s/rad, of a position motor with kp, or of a velocity motor: effort = kd (control - q'); 0
-    is exact"""
+    """damping (N s/m or N m s/rad) of a position motor with kp, or of a velocity motor: effort = kd
+    (control - q'). With 0 a velocity motor holds the velocity exactly"""
 
     def __post_init__(self) -> None:
         chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)

@@ -30,15 +30,15 @@ from .tables import (
 
 @dataclass(frozen=True)
 class Instant:
-    """To which contacts, reactions, efforts and controls of the last step belong.
+    """Time and coordinates at which the forces of the last step act: the start of the step.
 
-    They are means over the step, and fit the pose at its start.
+    Contact forces, reactions, efforts and controls are means over the step, at this pose.
     """
 
     time: float
-    """of the start of the step, of the last substep (s)"""
+    """start of the step, or of its last substep (s)"""
     q: Array
-    """generalised coordinates then, (nq,), as `Simulation.q`"""
+    """generalised coordinates at that time, (nq,), in the order of `Simulation.q`"""
 
 
 @dataclass(frozen=True)
@@ -46,23 +46,23 @@ class Effort:
     """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`."""
 
     time: float
-    """of the instant to which it belongs, the start of the step (s)"""
+    """time at which the efforts act: the start of the step (s)"""
     coordinate: float
-    """at that instant (m or rad)"""
+    """coordinate of the degree of freedom at that time (m or rad)"""
     control: float
-    """of its motor (N, N m, m/s, rad/s, m, rad); NaN without one"""
+    """control of its motor (N, N m, m/s, rad/s, m, rad); NaN without a motor"""
     motor: float
-    """of its motor and of the actuators on it (N or N m)"""
+    """effort of its motor and its actuators (N or N m)"""
     passive: float
-    """of spring, damper and armature (N or N m)"""
+    """effort of spring, damper and armature (N or N m)"""
     friction: float
-    """N or N m"""
+    """effort of dry friction (N or N m)"""
     limit: float
-    """positive away from the lower limit (N or N m)"""
+    """effort of its limits (N or N m), positive away from the lower one"""
 
     @property
     def total(self) -> float:
-        """The sum (N or N m); what `state.joint_forces` put there is not in it."""
+        """The sum (N or N m), without `state.joint_forces`."""
         return self.motor + self.passive + self.friction + self.limit
 
 
@@ -71,13 +71,13 @@ class Reaction:
     """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`."""
 
     time: float
-    """of the instant to which it belongs (s)"""
+    """time at which it acts: the start of the step (s)"""
     point: Vector3
-    """about which the torque is (m)"""
+    """point of action, about which the torque is taken (m)"""
     force: Vector3
-    """N"""
+    """force on body A (N)"""
     torque: Vector3
-    """N m"""
+    """torque on body A (N m)"""
 
 
 class Forces(Part):

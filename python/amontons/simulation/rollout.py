@@ -30,23 +30,24 @@ class Rollout:
     """
 
     q: Array
-    """(worlds, rows, nq), after the last step of each row"""
+    """coordinates after the last step of each row, (worlds, rows, nq)"""
     qd: Array
-    """(worlds, rows, nv)"""
+    """velocities after the last step of each row, (worlds, rows, nv)"""
     residuals: Array
-    """(worlds, rows), the largest of the steps of a row"""
+    """largest residual of the steps of a row, (worlds, rows)"""
     missed: Array
-    """(worlds, rows), how many steps of a row did not converge, or gained energy from nothing"""
+    """number of steps of a row that did not converge or gained energy, (worlds, rows)"""
     time: Array
-    """(rows,), since the start (s)"""
+    """time since the start at the end of each row, (rows,) (s)"""
     sensors: Array
-    """(worlds, rows, values), as `Simulation.sensors.array`; no values unless they were asked for"""
+    """values of the sensors, (worlds, rows, values), as `Simulation.sensors.array`; no values without
+    sensors=True"""
     simulations: list[Simulation]
-    """the worlds at their ends, from which they can go on"""
+    """the worlds at their ends, ready to continue"""
     failures: list[str]
-    """of each world why it stopped, with its row; empty if it did not"""
+    """reason and row at which each world stopped; empty if it did not"""
     tape: Tape | None = None
-    """with tape=True, what `vjp` needs"""
+    """with tape=True: the states that `vjp` needs"""
 
     def vjp(
         self,
