@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from typing import Any as _Any
 
 # The public names: `as` says that they are meant to be used from here.
+from . import examples as examples
 from . import parts as parts
 from . import results as results
 from . import shapes as shapes
@@ -73,7 +74,7 @@ __all__ = sorted(
     for name, value in {**globals(), "scenes": None}.items()
     if not name.startswith("_") and name != "TYPE_CHECKING" and not isinstance(value, _ModuleType)
 )
-__all__ += ["__version__", "parts", "results", "shapes", "vi"]
+__all__ += ["__version__", "examples", "parts", "results", "shapes", "vi"]
 
 
 def __dir__() -> list[str]:
