@@ -31,13 +31,14 @@ from prose import sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 LIMITS = Path("tools/word_limits.csv")
+GUIDES = ("CODE_OF_CONDUCT.md", "RELEASING.md", "SECURITY.md", "paper/paper.md")
 FOLDERS = ("benchmarks", "bindings", "licenses", "python", "src", "tests", "tools")
 PARTS = {
     "core": ("include/**/*.hpp", "src/**/*.hpp", "src/**/*.cpp"),
     "bindings": ("bindings/**/*.hpp", "bindings/**/*.cpp"),
     "python": ("python/**/*.py",),
     "documents": ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/**/*.md"),
-    "guides": ("CODE_OF_CONDUCT.md", "RELEASING.md", "SECURITY.md", *(f"{f}/**/README.md" for f in FOLDERS)),
+    "guides": (*GUIDES, *(f"{folder}/**/README.md" for folder in FOLDERS)),
     "examples": ("examples/**/*.py",),
 }
 MOST_WORDS = 30

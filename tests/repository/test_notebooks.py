@@ -20,7 +20,7 @@ def test_notebook_holds_the_page():
     assert "```sh\nls\n```" in "".join(cells[3]["source"])
 
 
-# Breaks when a notebook is no valid one, or does not run from a clean kernel in a folder outside the repository.
+# Breaks when a notebook is no valid one, or does not run from a clean kernel outside the repository.
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_notebook_runs(tmp_path, page):
     nbformat = pytest.importorskip("nbformat", reason="pip install amontons[docs]")
