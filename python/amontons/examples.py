@@ -1,6 +1,6 @@
 """Models and problem files that come with the package.
 
-model = amontons.load_model(amontons.examples.path("arm.xml"))
+Programs and notebooks can read them without a clone.
 """
 
 from pathlib import Path
@@ -21,7 +21,11 @@ def _files() -> dict[str, Path]:
 
 
 def names() -> tuple[str, ...]:
-    """The names that `path` takes: models (MJCF, URDF), then problems (FCLIB)."""
+    """The names that `path` takes: models (MJCF, URDF), then problems (FCLIB).
+
+    >>> examples.names()[:2]
+    ('arm.xml', 'dog.urdf')
+    """
     return tuple(_files())
 
 
@@ -29,5 +33,7 @@ def path(name: str) -> Path:
     """The path of an example file, for `load_model` or `vi.read_problem`. Do not write to it.
 
     Raises InputError naming the files that exist.
+
+    >>> model = load_model(examples.path("arm.xml"))
     """
     return chosen("example", name, _files())

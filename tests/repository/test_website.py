@@ -40,6 +40,16 @@ def test_docstring_becomes_a_list():
     )
 
 
+# Breaks when an example of a docstring runs into its text, or its lines become a list.
+def test_example_of_a_docstring_becomes_code():
+    pytest.importorskip("griffe")
+    import docstrings
+
+    text = "Does it.\n\ndt: a step (s).\n\n>>> f(1)\nx: 3\n\nRaises: never."
+    shown = "Does it.\n\n- `dt`: a step (s).\n\n```pycon\n>>> f(1)\nx: 3\n```\n\nRaises: never."
+    assert docstrings.as_markdown(text) == shown
+
+
 # Breaks when an equation is not shown, loses its number, or a slip in it goes unseen.
 def test_equations():
     pytest.importorskip("latex2mathml")

@@ -72,6 +72,12 @@ class Model:
     """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
 
     Raises InputError naming the thing and the remedy.
+
+    >>> model = scenes.make("pendulum")
+    >>> model.body_names, model.joint_names, model.nq
+    (('bar',), ('hinge',), 1)
+    >>> model.joint_index("hinge")
+    0
     """
 
     gravity: Vector3 = (0.0, 0.0, -9.81)
@@ -156,6 +162,11 @@ class Model:
 
         Warns (ModelWarning) of pairs with a value of their own that stays, and of a value that changes no
         contact. Raises InputError naming the name that is not known, or the value that cannot be.
+
+        >>> model = scenes.make("incline")
+        >>> rough = model.with_(friction={"*": 0.9})
+        >>> rough.geoms[0].material.friction
+        0.9
         """
         given = {name: value for name, value in locals().items() if name != "self"}
         return variant(self, given)

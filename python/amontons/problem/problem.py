@@ -59,6 +59,11 @@ class Problem:
 
     Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
     diagonal shows it), negative mu, cones that do not add up to m rows.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> solution = problem.solve(tolerance=1e-10)
+    >>> problem.residual(solution.x) <= 1e-10
+    True
     """
 
     def __init__(
@@ -188,6 +193,10 @@ class Problem:
 
         iterate: the vectors of "p-spg-fb" and "apgd", an `amontons.vi.Iterate` of this problem; "auto"
         uses one of the two.
+
+        >>> problem = vi.read_problem(examples.path("plates.hdf5"))
+        >>> problem.solve(tolerance=1e-8).converged
+        True
         """
         method = options.require_method(method)
         opts = options.core_options(
@@ -301,7 +310,12 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """Violations in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.violations(problem, np.zeros(3)).penetration_velocity
+    1.0
+    """
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""
@@ -352,6 +366,9 @@ def solve(
 
     Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C
     gives status "interrupted". Raises InputError for input that can be corrected.
+
+    >>> vi.solve(np.eye(3), [-1, -2, 0], "friction", mu=0.5).x.round(6)
+    array([1. , 0.5, 0. ])
     """
     return Problem(A, b, cones, mu=mu, law=law).solve(
         method=method,
@@ -375,10 +392,19 @@ def residual(problem: Problem, x: ArrayLike, *, law: str | None = None, norm: st
         block; "plain": |x - Pi_K(x - u)|_2; "plain_inf": its maximum norm; "siconos": the plain one over
         max(|b|, |x|, |u|). u contains the De Saxce term under coulomb. Moments count over the length (m) that
         makes their diag(A) that of the forces of their cone, spins times it.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.residual(problem, np.zeros(3))
+    1.0
     """
     return problem.residual(x, law=law, norm=norm)
 
 
 def violations(problem: Problem, x: ArrayLike, *, law: str | None = None) -> Violations:
-    """The violations of x, (m,), in physical units. law: None for that of the problem."""
+    """The violations of x, (m,), in physical units. law: None for that of the problem.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.violations(problem, problem.solve(tolerance=1e-10).x).cone <= 1e-9
+    True
+    """
     return Violations(*problem._core.violations(problem._to_core("x", x), problem._law(law)))

@@ -54,6 +54,10 @@ def render(
     collision: draw the collision geometry in place of the visual one.
 
     Raises InputError naming the argument.
+
+    >>> picture = render(Simulation(scenes.make("stack")), (320, 240), forces=True)
+    >>> picture.shape
+    (240, 320, 3)
     """
     columns, rows = _pixels(size)
     view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision)
@@ -75,6 +79,11 @@ def render_view(
     azimuth, elevation, target (m), width (m), forces (m/N, or False) and collision.
 
     Raises InputError naming the argument.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> fixed = render_view(simulation, (320, 240))  # one view for all pictures that follow
+    >>> render(simulation, (320, 240), **fixed).shape
+    (240, 320, 3)
     """
     columns, rows = _pixels(size)
     view = _view(azimuth, elevation, None, None, None, "glass", forces, collision)

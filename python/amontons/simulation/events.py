@@ -16,7 +16,16 @@ PAIRS = np.dtype([(name, np.int32) for name in ("body_a", "body_b", "geom_a", "g
 
 
 class ContactEvents(NamedTuple):
-    """Differences between the last step and the one before it, in the order of the indices."""
+    """Differences between the last step and the one before it, in the order of the indices.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_floor()
+    >>> ball = builder.add_body(shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.15))
+    >>> simulation = Simulation(builder.build())
+    >>> report = simulation.run(1.0, after_step=lambda s, r: len(s.contact_events.began))
+    >>> round(simulation.time, 3)  # the drop of 5 cm takes 0.101 s
+    0.105
+    """
 
     began: Table
     """pairs of geoms that carry a force since the last step, impacts included"""

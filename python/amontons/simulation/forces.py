@@ -33,6 +33,11 @@ class Instant:
     """Time and coordinates at which the forces of the last step act: the start of the step.
 
     Contact forces, reactions, efforts and controls are means over the step, at this pose.
+
+    >>> simulation = Simulation(scenes.make("pendulum"), dt=0.01)
+    >>> report = simulation.run(0.1)
+    >>> round(simulation.forces.instant.time, 9), round(simulation.time, 9)
+    (0.09, 0.1)
     """
 
     time: float
@@ -43,7 +48,14 @@ class Instant:
 
 @dataclass(frozen=True)
 class Effort:
-    """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`."""
+    """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`.
+
+    >>> simulation = Simulation(scenes.make("slider_crank"))
+    >>> report = simulation.run(0.1)
+    >>> effort = simulation.forces.effort("crank pivot")
+    >>> effort.motor == effort.total
+    True
+    """
 
     time: float
     """time at which the efforts act: the start of the step (s)"""
@@ -68,7 +80,13 @@ class Effort:
 
 @dataclass(frozen=True)
 class Reaction:
-    """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`."""
+    """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`.
+
+    >>> simulation = Simulation(scenes.make("pendulum", angle=0))  # hangs at rest
+    >>> report = simulation.step()
+    >>> print(np.round(simulation.forces.reaction("hinge").force, 3))  # its weight
+    [ 0.     0.    24.525]
+    """
 
     time: float
     """time at which it acts: the start of the step (s)"""
@@ -81,7 +99,15 @@ class Reaction:
 
 
 class Forces(Part):
-    """`Simulation.forces`: what acted in the last step, and what acts along qd at present."""
+    """`Simulation.forces`: what acted in the last step, and what acts along qd at present.
+
+    >>> simulation = Simulation(scenes.make("pendulum", angle=0))
+    >>> report = simulation.step()
+    >>> simulation.forces.mass_matrix().shape
+    (1, 1)
+    >>> print(np.round(simulation.forces.reaction("hinge").force, 3))
+    [ 0.     0.    24.525]
+    """
 
     @property
     def instant(self) -> Instant:

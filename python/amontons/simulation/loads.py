@@ -84,6 +84,12 @@ class Loads:
     whenever contacts or limits began, ended or changed between sticking and sliding, and at the end. Loops
     and piles of more than 300 unknowns count as not determined. Couplings, tendons and moments of contacts
     count as known.
+
+    >>> simulation = Simulation(scenes.make("slider_crank"))
+    >>> with simulation.forces.loads() as loads:
+    ...     report = simulation.run(0.1)
+    >>> loads.joints.dtype.names[:5]
+    ('joint', 'component', 'unit', 'peak', 'time')
     """
 
     def __init__(self, model: Model, *, efforts: bool = True) -> None:

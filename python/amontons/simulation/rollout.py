@@ -27,6 +27,10 @@ class Rollout:
     """Trajectories returned by `rollout`: a row per world, and in it one per row of controls.
 
     The rows of a world that failed are NaN from there on, and `failures` says why.
+
+    >>> worlds = rollout(scenes.make("pendulum"), np.zeros((3, 2)), steps=10)
+    >>> worlds.q.shape, worlds.failures
+    ((3, 10, 1), ['', '', ''])
     """
 
     q: Array
@@ -117,6 +121,10 @@ def rollout(
     A world whose velocities come out not finite stops, the others go on, and a StepWarning names it. Raises
     InputError naming the argument and, with on_failure="raise", SimulationError naming the first such world,
     or one whose steps missed their tolerance.
+
+    >>> starts = [[0.1, 0.0], [0.2, 0.0]]  # q, then qd
+    >>> rollout(scenes.make("pendulum"), starts, steps=100).q.shape
+    (2, 100, 1)
     """
     models = models_of(model)
     worlds = _worlds(models, states, options)
@@ -124,8 +132,7 @@ def rollout(
     function("before_step", before_step)
     function("after_step", after_step)
     rows = _rows(model, controls, joint_forces, len(worlds), steps)
-    repeat = option("repeat", repeat)
-    sensors = flag("sensors", sensors)
+    repeat, sensors = option("repeat", repeat), flag("sensors", sensors)
     watched = before_step or after_step or any(world.before_step or world.after_step for world in worlds)
     taped = _tape(rows, repeat, bool(watched)) if flag("tape", tape) else None
     courses, readings, done, failures = [], [], 0, [""] * len(worlds)
@@ -137,10 +144,7 @@ def rollout(
             course = advance_watched(worlds, part, repeat, before_step, after_step, stopped)
         else:
             course = advance_worlds(worlds, part.controls, repeat, threads, part.joint_forces, part.count)
-        failures = [old or _failure(course, k, done) for k, old in enumerate(failures)]
-        failed = np.array([bool(failure) for failure in failures]) | stopped
-        for values in (course.q, course.qd, course.residuals):
-            values[failed & (np.array(course.done) == 0)] = np.nan  # of a world that failed in a part before
+        failed = _mark_failed(course, done, failures, stopped)
         courses.append(course)
         done += course.q.shape[1]
         readings.append(_readings(worlds, sensors, failed, course.q.shape[1]))
@@ -150,6 +154,15 @@ def rollout(
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
     read = np.concatenate(readings, axis=1)
     return Rollout(q, qd, residuals, missed, time, read, worlds, failures, taped)
+
+
+def _mark_failed(course: Course, done: int, failures: list[str], stopped: list[bool]) -> Array:
+    """Adds the failures of a part to those before; NaN for worlds that failed or stopped before it."""
+    failures[:] = [old or _failure(course, k, done) for k, old in enumerate(failures)]
+    failed = np.array([bool(failure) for failure in failures]) | stopped
+    for values in (course.q, course.qd, course.residuals):
+        values[failed & (np.array(course.done) == 0)] = np.nan
+    return failed
 
 
 def _tape(rows: Rows, repeat: int, watched: bool) -> Tape:
