@@ -23,6 +23,7 @@ def test_pages_from_outside(root):
 
     pages = outside.pages(root)
     assert (root / "examples" / "door.py").read_text() in pages["source/examples/door.py.md"]
+    assert pages["source/examples/door.py.md"].startswith("---\nsearch:\n  exclude: true\n")
     assert "source/ARCHITECTURE.md" in pages
     assert "[door.py](door.py)" in pages["source/examples/index.md"]
     for uri in pages:
