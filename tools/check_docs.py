@@ -24,7 +24,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)", re.MULTILINE)
 NAMELESS = re.compile(
-    r"(?<!!)\[((?:this |that |the )?(?:page|table|guide|above|below|details|here|how|more|steps)|[\w/-]+\.md)\]\(",
+    r"(?<!!)\[((?:this |that |the )?(?:page|table|guide|above|below|details|here|how|more|steps)"
+    r"|[\w/-]+\.md)\]\(",
     re.IGNORECASE,
 )
 FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
@@ -86,7 +87,7 @@ def check_links(root: Path) -> Iterator[str]:
 def check_link_texts(root: Path) -> Iterator[str]:
     for file in documents(root):
         for text in NAMELESS.findall(FENCE.sub("", file.read_text())):
-            yield f"{file.relative_to(root)}: a link says '{text}'; name the page or the heading that it leads to"
+            yield f"{file.relative_to(root)}: a link says '{text}'; name the page or heading that it leads to"
 
 
 def has_docstring(thing: object) -> bool:
