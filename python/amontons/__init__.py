@@ -32,6 +32,7 @@ from .errors import ModelWarning as ModelWarning
 from .errors import SimulationError as SimulationError
 from .errors import StepWarning as StepWarning
 from .errors import UnsupportedWarning as UnsupportedWarning
+from .field_help import describe_fields as _describe_fields
 from .io import load_model as load_model
 from .io import read_recording as read_recording
 from .io import record as record
@@ -75,6 +76,9 @@ __all__ = sorted(
     if not name.startswith("_") and name != "TYPE_CHECKING" and not isinstance(value, _ModuleType)
 )
 __all__ += ["__version__", "examples", "parts", "results", "shapes", "vi"]
+
+_describe_fields(vars(module)[name] for module in (parts, results, vi) for name in module.__all__)
+_describe_fields(globals()[name] for name in __all__ if name != "scenes")
 
 
 def __dir__() -> list[str]:
