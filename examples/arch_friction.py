@@ -44,6 +44,6 @@ for stones in (7, 11, 15):
     )
     plt.axvline(coulomb(stones), color=line.get_color(), linestyle=":")
 plt.xlabel("coefficient of friction")
-plt.ylabel("largest way of a stone within half a second (m)")
+plt.ylabel("largest displacement of a stone in half a second (m)")
 plt.legend()
 plt.savefig("arch.png", dpi=110)

@@ -100,9 +100,9 @@ def public_names() -> dict[str, object]:
     """Every public name with what it names, those of the modules that hold the less common ones too."""
     import amontons
 
-    doors = (amontons, amontons.vi, amontons.parts, amontons.results, amontons.examples)
-    named = {f"{door.__name__}.{name}": getattr(door, name) for door in doors for name in door.__all__}
-    return {name: thing for name, thing in named.items() if thing not in doors and "__" not in name}
+    modules = (amontons, amontons.vi, amontons.parts, amontons.results, amontons.examples)
+    named = {f"{door.__name__}.{name}": getattr(door, name) for door in modules for name in door.__all__}
+    return {name: thing for name, thing in named.items() if thing not in modules and "__" not in name}
 
 
 def check_names(root: Path) -> Iterator[str]:

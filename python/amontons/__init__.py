@@ -53,9 +53,9 @@ from .model.transforms import Transform as Transform
 from .model.transforms import axis_angle as axis_angle
 from .report.render import render as render
 from .report.render import render_view as render_view
-from .simulation.outcome import Report as Report
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
+from .simulation.step_report import Report as Report
 from .simulation.world_batch import WorldBatch as WorldBatch
 from .studies.identify import Motion as Motion
 from .studies.identify import identify as identify

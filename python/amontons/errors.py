@@ -5,7 +5,7 @@ a terminal would obey; `args` has it as it was.
 """
 
 from ._core import InputError as InputError
-from .visible import visible
+from .escapes import visible
 
 
 def _text(self: BaseException) -> str:

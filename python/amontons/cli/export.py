@@ -11,9 +11,9 @@ import typer
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
 from ..io.files import writable
-from ..report.touch import touched
-from ..simulation.outcome import Report
+from ..report.first_contact import touched
 from ..simulation.simulation import Simulation
+from ..simulation.step_report import Report
 from .common import (
     NOT_CONVERGED,
     AsJson,

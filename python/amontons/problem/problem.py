@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core, watching
+from .. import _core, step_counts
 from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
 from ..hooks import hook
@@ -215,7 +215,7 @@ class Problem:
         start = None if x0 is None else self._to_core("x0", x0)
         result = _core.solve(self._core, method, opts, start, callback)
         solution = from_core(result, history, self._scale, asked_for=device)
-        watching.saw(solution.residual, missed=not solution.converged)
+        step_counts.saw(solution.residual, missed=not solution.converged)
         logger.debug(
             "%s: %s after %d iterations of %s, residual %.1e",
             self.name or "problem", solution.status, solution.iterations, solution.method, solution.residual,

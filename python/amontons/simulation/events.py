@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.model import Model
-from .outcome import Table
+from .step_report import Table
 
 PAIRS = np.dtype([(name, np.int32) for name in ("body_a", "body_b", "geom_a", "geom_b", "link_a", "link_b")])
 """The fields of ContactEvents, as in `Simulation.contacts`."""

@@ -15,9 +15,9 @@ from .coordinates import degree, entries, read_only
 from .holding import held_by
 from .links import link_reactions
 from .loads import Loads
-from .outcome import Table
 from .part import Part
 from .passive import passive_forces_of
+from .step_report import Table
 from .tables import (
     actuator_table,
     contact_sums,

@@ -14,9 +14,9 @@ from ..model.parts import WORLD
 from . import inverse_kinematics as ik
 from .coordinates import degree, entry
 from .links import moving_frames
-from .outcome import Table
 from .part import Part
 from .rays import cast_rays, geoms_of
+from .step_report import Table
 
 
 class RayHit(NamedTuple):

@@ -12,7 +12,7 @@ from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model, no_model
 from ..model.parts import WORLD
 from .determinacy import Determined, Pose, back, determined, rotate
-from .outcome import Report, Table
+from .step_report import Report, Table
 from .tables import WRENCH, WRENCH_UNITS
 
 OF_CONTACTS = ("normal", "friction", "fx", "fy", "fz")

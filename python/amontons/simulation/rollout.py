@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core, watching
+from .. import _core, step_counts
 from ..checks import Array, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
@@ -392,7 +392,7 @@ def _by_world(what: str, values: Any, worlds: int, columns: str, size: int) -> A
 def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
     """Reports steps that did not converge, once for all worlds."""
     largest = float(np.nanmax(residuals, initial=0.0))  # those of worlds that stopped are NaN
-    counted = watching.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
+    counted = step_counts.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])
     rows = np.argwhere((missed > 0) & heard[:, None])
     if not len(rows):

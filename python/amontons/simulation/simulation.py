@@ -31,11 +31,11 @@ from .forces import Forces
 from .kinematics import Kinematics
 from .linearise import Linearisation
 from .options import core_options
-from .outcome import Report, Table
 from .own_method import OwnMethod
 from .sensors import Plan, Readings, plan_of
 from .sensors import read as read_sensors
 from .state import State
+from .step_report import Report, Table
 from .tables import contact_table
 from .verdict import check_steps
 
