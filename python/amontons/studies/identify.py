@@ -28,6 +28,8 @@ CHANGE = 1e-4
 """Relative: by which parameters change for differences. Large enough to pass over rounding of many steps."""
 UNSEEN = 1e-9
 """Relative: a parameter whose whole change moves the residuals by less has no influence."""
+NOTHING = 1e-9
+"""A parameter below counts as zero."""
 OUTLIER = 3.0
 """Standard deviations of residuals, from where `robust` counts them less."""
 LIMITS = {"restitution": (0.0, 1.0), "gain": (-np.inf, np.inf)}
@@ -193,9 +195,11 @@ def _estimate(
         return whole
 
     def solve(x: Array, loss: str, scale: float) -> Array:
+        # The first step is as long as x: from 0, the usual bound, the optimiser would stop at once.
+        inside = np.clip(np.where(np.abs(x) > NOTHING, x, CHANGE), bounds[0][free], bounds[1][free])
         return least_squares(
             lambda x: problem.residuals(full(x)),
-            x,
+            inside,
             jac=lambda x: problem.jacobian(full(x))[:, free],
             bounds=(bounds[0][free], bounds[1][free]),
             x_scale="jac",
