@@ -13,8 +13,8 @@ from .force_lines import Lines
 COLOUR = (62, 66, 74)
 ROD, PIN, REACH = 0.08, 0.26, 0.3
 """Widths of rods and pins, and half the length of a pin, over the thickness of a body."""
-FEWEST = 1e-9
-"""Shorter lines (m) are left out: both ends of such a joint are one point."""
+SHORTEST = 0.01
+"""Shorter lines, over the thickness of a body, are left out: both ends of such a joint are one point."""
 
 
 def joint_lines(model: Model, positions: Array, orientations: Array, thickness: float) -> Lines:
@@ -39,7 +39,7 @@ def joint_lines(model: Model, positions: Array, orientations: Array, thickness: 
         for axis in _axes(joint, orientations):
             half = REACH * thickness * axis
             lines.append((ends[0] - half, ends[0] + half, PIN * thickness))
-    kept = [line for line in lines if np.linalg.norm(line[1] - line[0]) > FEWEST]
+    kept = [line for line in lines if np.linalg.norm(line[1] - line[0]) > SHORTEST * thickness]
     start, end = (np.array([line[k] for line in kept], dtype=float).reshape(-1, 3) for k in (0, 1))
     widths = np.array([line[2] for line in kept], dtype=float)
     return start, end, widths, np.tile(np.array(COLOUR, dtype=np.uint8), (len(kept), 1))
