@@ -34,6 +34,7 @@ def render(
     fixed: str = "glass",
     forces: bool | float = False,
     collision: bool = False,
+    joints: bool = False,
 ) -> NDArray[np.uint8]:
     """Render the present state: (height, width, 3) of red, green and blue, the top row first.
 
@@ -52,6 +53,8 @@ def render(
         contact points: green where it sticks, red where it slips. The width of a line is proportional to its
         force, with this factor (m/N); True makes the largest half as wide as a body.
     collision: draw the collision geometry in place of the visual one.
+    joints: draw the joints: a pin along the axis of each hinge, a rod from each body to its end of a joint, a
+        string between ends that are apart.
 
     Raises InputError naming the argument.
 
@@ -60,7 +63,7 @@ def render(
     (240, 320, 3)
     """
     columns, rows = _pixels(size)
-    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision)
+    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision, joints)
     picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=bool(forces))
     return picture.draw(frame, picture.framing([frame], columns / rows), columns, rows)
 
@@ -109,9 +112,10 @@ def _view(
     fixed: str,
     forces: bool | float,
     collision: bool,
+    joints: bool = False,
 ) -> View:
     place = target if isinstance(target, str | int | None) else tuple(np.ravel(target).tolist())
-    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision))
+    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision), bool(joints))
 
 
 def _pixels(size: Any) -> tuple[int, int]:
