@@ -148,7 +148,6 @@ void bind_shapes(nb::module_& m) {
       .def_prop_ro("kind", &kind_of)
       .def_prop_ro("values", &values_of_shape, "What it was made of, by name.")
       .def_prop_ro("key", &key_of, "Equal for shapes that share their data; 0 for one of a few lengths.")
-      .def_prop_ro("bounding_radius", &bounding_radius)
       .def(
           "mass_properties",
           [](const Shape& shape, double density) { return to_tuple(mass_properties(shape, density)); },

@@ -426,9 +426,6 @@ class Shape:
     def key(self) -> int:
         """Equal for shapes that share their data; 0 for one of a few lengths."""
 
-    @property
-    def bounding_radius(self) -> float: ...
-
     def mass_properties(self, density: float) -> tuple[float, list[float], list[list[float]]]:
         """Mass, centre, inertia about the centre."""
 

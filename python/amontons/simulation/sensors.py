@@ -345,10 +345,6 @@ def _limits(now: Moment, group: Group) -> Array:
     return found
 
 
-def _has_reference(group: Group) -> Array:
-    return np.array([sensor.reference is not None for sensor in group.sensors])
-
-
 def _positions(now: Moment, group: Group) -> Array:
     there = now.references(group)
     return there.local(now.frames(group).position - there.position)
