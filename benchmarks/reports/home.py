@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tables import digits
-from .targets import Results
+from reports.targets import Results
 
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
 OURS, OTHER = "amontons, 1e-6", "MuJoCo"
