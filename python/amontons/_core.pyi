@@ -306,7 +306,15 @@ class Options:
     def admm_rho(self, arg: float, /) -> None: ...
 
 class IterationRecord:
-    """What a callback gets to see of an iteration."""
+    """
+    An iteration, as the callback of a solve gets it.
+
+    >>> def stop(record):
+    ...     return record.iteration >= 3
+    >>> problem = vi.read_problem(examples.path("wall_impact.hdf5"))
+    >>> problem.solve(method="apgd", callback=stop).iterations
+    3
+    """
 
     @property
     def iteration(self) -> int:

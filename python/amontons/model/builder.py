@@ -53,6 +53,13 @@ class ModelBuilder(PartBuilder):
     All of them are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
     nothing.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_floor()
+    >>> ball = builder.add_body("ball", shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.1))
+    >>> model = builder.build()
+    >>> model.body_names
+    ('ball',)
     """
 
     def __init__(
@@ -117,6 +124,11 @@ class ModelBuilder(PartBuilder):
         motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
         linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
         gravity_scale: its weight over mass times gravity: 0 floats.
+
+        >>> builder = ModelBuilder()
+        >>> crate = builder.add_body("crate", shape=shapes.Box((0.2, 0.2, 0.1)), density=500)
+        >>> round(builder.build().bodies[crate].mass, 6)  # 500 kg/m^3 of 0.4 x 0.4 x 0.2 m
+        16.0
         """
         name = self._new_name("body", name)
         who = f'body "{name}"'
@@ -178,6 +190,11 @@ class ModelBuilder(PartBuilder):
         other.
         density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
         friction_direction: in body axes, along which `material.friction` is; friction_across needs it.
+
+        >>> builder = ModelBuilder()
+        >>> ground = builder.add_geom(None, shapes.Plane(), material=Material(friction=0.3))
+        >>> builder.build().geoms[ground].material.friction
+        0.3
         """
         index, inner, link = self._place(body)
         name = self._new_name("geom", name)
@@ -240,6 +257,12 @@ class ModelBuilder(PartBuilder):
 
         position, orientation: in the body frame (m; unit quaternion w, x, y, z).
         `Simulation.kinematics.sites` tells where it is and how it moves.
+
+        >>> builder = ModelBuilder()
+        >>> arm = builder.add_body("arm", shape=shapes.Capsule(0.02, 0.3), mass=1)
+        >>> tip = builder.add_site(arm, position=(0, 0, 0.3), name="tip")
+        >>> print(Simulation(builder.build()).kinematics.site("tip")["position"])
+        [0.  0.  0.3]
         """
         name = self._new_name("site", name)
         index, inner, _ = self._place(body)
@@ -425,6 +448,11 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 
     Gravity and friction rule stay those of the model, indices and names too; its keyframes move with it.
     material: of the plane. Raises InputError if nothing in the model can touch it.
+
+    >>> builder = ModelBuilder()
+    >>> ball = builder.add_body("ball", shape=shapes.Sphere(0.5), mass=1, position=(0, 0, 3))
+    >>> on_floor(builder.build()).bodies[ball].pose.position
+    (0.0, 0.0, 0.5)
     """
     if not isinstance(model, Model):
         raise no_model("on_floor: model", model)

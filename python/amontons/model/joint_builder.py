@@ -62,6 +62,12 @@ class JointBuilder(ABC):
 
         stiffness, damping: towards the initial relative orientation (N m/rad, N m s/rad). friction: N m.
         limit: the largest angle of rotation (rad).
+
+        >>> builder = ModelBuilder()
+        >>> bob = builder.add_body("bob", shape=shapes.Sphere(0.05), mass=1, position=(0, 0, -1))
+        >>> joint = builder.add_ball_joint(bob, point=(0, 0, 0))
+        >>> builder.build().joints[joint].name
+        'joint0'
         """
         return self._add("ball", a, b, options, BallOptions, point=point)
 
@@ -82,6 +88,13 @@ class JointBuilder(ABC):
         play: radial clearance (m) of a journal on A in a bearing on B, both about the axis. Coordinates 0 and
         1 are then the place of the journal in its bearing (m), 2 is the angle, which has the options.
         journal_radius: m. play_friction: mu between both.
+
+        >>> builder = ModelBuilder()
+        >>> bar = builder.add_body("bar", shape=shapes.Capsule(0.02, 0.5), mass=1, position=(0, 0, -0.5))
+        >>> axis = {"point": (0, 0, 0), "axis": (0, 1, 0)}
+        >>> hinge = builder.add_revolute_joint(bar, **axis, limits=(-1, 1), name="hinge")
+        >>> Simulation(builder.build(), dt=5e-3).kinematics.coordinate("hinge")
+        0.0
         """
         play_fields = {"play": play, "journal_radius": journal_radius, "play_friction": play_friction}
         return self._add("revolute", a, b, options, DofOptions, point=point, axis=axis, **play_fields)

@@ -35,6 +35,9 @@ class Link:
     """A part of a body that has a name of its own: a fixed joint of a file holds it there.
 
     Mass and inertia of the body include those of its links.
+
+    >>> load_model(examples.path("dog.urdf"), floating_base=True).link_names[:3]
+    ('trunk', 'front_left_thigh', 'front_left_shin')
     """
 
     name: str

@@ -45,37 +45,50 @@ class Model:
     """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
 
     Raises InputError naming the thing and the remedy.
+
+    >>> model = scenes.make("pendulum")
+    >>> model.body_names, model.joint_names, model.nq
+    (('bar',), ('hinge',), 1)
+    >>> model.joint_index("hinge")
+    0
     """
 
     gravity: Vector3 = (0.0, 0.0, -9.81)
-    """m/s^2"""
+    """acceleration of gravity (m/s^2)"""
     friction_rule: str = "geometric_mean"
     """how two frictions combine: geometric_mean | maximum | minimum | mean"""
     bodies: tuple[Body, ...] = ()
+    """rigid bodies; parts name them by index"""
     geoms: tuple[Geom, ...] = ()
+    """shapes with materials on bodies or on the world, which make contacts"""
     joints: tuple[Joint, ...] = ()
+    """joints between two bodies, or a body and the world"""
     couplings: tuple[Coupling, ...] = ()
+    """equations between two joint coordinates: gears, racks, mimics"""
     pair_materials: tuple[PairMaterial, ...] = ()
+    """materials of pairs of geoms, in place of the combined ones"""
     excluded_bodies: tuple[tuple[int, int], ...] = ()
-    """pairs that never touch"""
+    """pairs of bodies that never touch"""
     excluded_geoms: tuple[tuple[int, int], ...] = ()
-    """the same of geoms"""
+    """pairs of geoms that never touch"""
     fluid: Fluid = NO_FLUID
-    """around the bodies that have a fluid box"""
+    """fluid around the bodies that have a fluid box"""
     fluid_boxes: tuple[FluidBox, ...] = ()
+    """boxes by which the fluid acts on bodies"""
     tendons: tuple[Tendon, ...] = ()
+    """lengths with limits, springs and friction"""
     actuators: tuple[Actuator, ...] = ()
-    """what controls drive, beside the motors of joints: `Simulation.set_control`"""
+    """drives with a control each, beside the motors of joints: `Simulation.set_control`"""
     keyframes: tuple[Keyframe, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """states to start from: `Simulation.apply_keyframe`"""
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what the model file asks for and was not read, worst first"""
+    """elements of the model file that were not read, the worst first"""
     sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """frames to look at: `Simulation.kinematics.sites`"""
     sensors: tuple[Sensor, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what is measured: `Simulation.sensors`"""
+    """sensors: `Simulation.sensors` has their readings"""
     visuals: tuple[Visual, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what it looks like, where that is not its geoms"""
+    """visual shapes, where they differ from the geoms"""
     links: tuple[Link, ...] = field(default=(), metadata={"core": False})
     """parts of bodies that have names of their own, as fixed joints of a file hold them"""
     trees: str = "none"
@@ -129,6 +142,11 @@ class Model:
 
         Warns (ModelWarning) of pairs with a value of their own that stays, and of a value that changes no
         contact. Raises InputError naming the name that is not known, or the value that cannot be.
+
+        >>> model = scenes.make("incline")
+        >>> rough = model.with_(friction={"*": 0.9})
+        >>> rough.geoms[0].material.friction
+        0.9
         """
         given = {name: value for name, value in locals().items() if name != "self"}
         return variant(self, given)

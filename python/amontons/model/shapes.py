@@ -80,7 +80,11 @@ class Shape:
 @guided
 @dataclass(frozen=True, eq=False)
 class Sphere(Shape):
-    """A ball of `radius`."""
+    """A ball of `radius`.
+
+    >>> shapes.Sphere(0.1).radius
+    0.1
+    """
 
     radius: float
 
@@ -91,7 +95,11 @@ class Sphere(Shape):
 @guided
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
-    """half: half edge lengths along x, y and z."""
+    """half: half edge lengths along x, y and z.
+
+    >>> shapes.Box((0.3, 0.2, 0.1))  # 0.6 x 0.4 x 0.2 m
+    Box(half=(0.3, 0.2, 0.1))
+    """
 
     half: Vector3
 
@@ -121,19 +129,31 @@ class _Tube(Shape):
 @guided
 @dataclass(frozen=True, eq=False)
 class Capsule(_Tube):
-    """The points within `radius` of the segment |z| <= `half_length`."""
+    """The points within `radius` of the segment |z| <= `half_length`.
+
+    >>> shapes.Capsule(0.05, 0.2)  # 0.5 m long in all
+    Capsule(radius=0.05, half_length=0.2)
+    """
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Cylinder(_Tube):
-    """About the z axis, |z| <= `half_length`."""
+    """About the z axis, |z| <= `half_length`.
+
+    >>> shapes.Cylinder(0.1, 0.02)  # a disc of 4 cm
+    Cylinder(radius=0.1, half_length=0.02)
+    """
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Ellipsoid(Shape):
-    """radii: semi-axes along x, y and z."""
+    """radii: semi-axes along x, y and z.
+
+    >>> shapes.Ellipsoid((0.3, 0.2, 0.1))
+    Ellipsoid(radii=(0.3, 0.2, 0.1))
+    """
 
     radii: Vector3
 
@@ -148,7 +168,11 @@ class Ellipsoid(Shape):
 @guided
 @dataclass(frozen=True, eq=False)
 class Plane(Shape):
-    """The half space z <= 0, whose normal is +z. Static."""
+    """The half space z <= 0, whose normal is +z. Static.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_geom(None, shapes.Plane())
+    """
 
     static_only: ClassVar[bool] = True
 
@@ -164,6 +188,10 @@ class Hull(Shape):
     vertices: (n, 3); points that are no corners are dropped. triangles: (t, 3) indices of a closed convex
     surface, counter-clockwise seen from outside, if known; else they are found (SciPy's Qhull).
     Raises InputError for fewer than four points, points in a plane, NaN, triangles that are no convex body.
+
+    >>> wedge = shapes.Hull([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    >>> len(wedge.vertices)
+    4
     """
 
     vertices: Array
@@ -194,6 +222,10 @@ class Mesh(Shape):
 
     vertices: (n, 3). triangles: (t, 3) indices, counter-clockwise seen from outside.
     The volume and mass properties are those of a closed mesh.
+
+    >>> floor = shapes.Mesh([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [(0, 1, 2)])
+    >>> len(floor.triangles)
+    1
     """
 
     vertices: Array
@@ -220,6 +252,9 @@ class HeightField(Shape):
 
     heights: (rows, columns); row r, column c lies at x = (c / (columns - 1) - 1/2) size_x and
     y = (r / (rows - 1) - 1/2) size_y. Two triangles a cell, contact from above.
+
+    >>> shapes.HeightField(np.zeros((3, 3)), size_x=2, size_y=2).heights.shape
+    (3, 3)
     """
 
     heights: Array

@@ -10,7 +10,7 @@ from ..checks import chosen, option
 from ..errors import InputError, StepWarning
 from ..problem.problem import Problem
 from .derivative import Derivative, Held, derivative_of, remembered_slips
-from .differences import CHANGE, INPUTS, held_change, placed
+from .differences import INPUTS, placed
 from .linearise import Linearisation, linearise_core
 from .options import core_options
 
@@ -26,13 +26,13 @@ def linear_model(
     if threads is not None:
         threads = int(option("threads", threads))
     probe = precise_copy(simulation, tolerance)
-    core, change = probe._core, CHANGE
+    core, margin = probe._core, None
     if contacts == "held":
         core.assign(placed(core, simulation._model, steady=True))
         core.step()
         held = Held(core, simulation._model, core_options(probe.options))
-        core, change = held.simulation(), held_change(simulation._model, held.step.margin)
-    found = linearise_core(core, simulation._model, simulation.dt, inputs, threads, change)
+        core, margin = held.simulation(), held.step.margin
+    found = linearise_core(core, simulation._model, simulation.dt, inputs, threads, margin)
     if contacts == "free" and found.kinks:
         count = len(found.states + found.inputs)
         warnings.warn(

@@ -19,8 +19,8 @@ from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .outcome import Table
 from .rays import cast_rays
+from .step_report import Table
 from .tables import actuator_table, contact_table, effort_table, reaction_table, tendon_table
 
 

@@ -28,13 +28,13 @@ from .forces import Forces
 from .kinematics import Kinematics
 from .linearise import Linearisation
 from .options import core_options, require_known
-from .outcome import Report, Table
 from .own_method import OwnMethod
 from .part import no_attribute
 from .saving import load_file, save_file
 from .sensors import Plan, Readings, plan_of
 from .sensors import read as read_sensors
 from .state import State
+from .step_report import Report, Table
 from .stepping import make_step, run
 from .tables import contact_table
 
@@ -68,6 +68,11 @@ class Simulation:
     back) or "ignore". Velocities that are not finite always raise.
 
     Raises InputError naming the option.
+
+    >>> simulation = Simulation(scenes.make("stack"), dt=5e-3, tolerance=1e-8)
+    >>> report = simulation.run(0.5)
+    >>> report.converged, report.residual <= 1e-8, round(simulation.time, 9)
+    (True, True, 0.5)
     """
 
     before_step: list[BeforeStep]
@@ -166,6 +171,10 @@ class Simulation:
 
         Raises InputError if the state, loads or controls are not usable, and SimulationError as `on_failure`
         says. The state is then that before the step; `contacts` and `problem` show the attempt that failed.
+
+        >>> simulation = Simulation(scenes.make("stack"))
+        >>> simulation.step().status
+        'converged'
         """
         return make_step(self)
 
@@ -182,6 +191,11 @@ class Simulation:
         after_step: called as after_step(simulation, report) after each step; a true result ends the run.
         They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all
         steps are made by the compiled module; Ctrl-C ends between two of them.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> report = simulation.run(1.0, after_step=lambda s, r: s.time > 0.2)  # stop early
+        >>> round(simulation.time, 3)
+        0.2
         """
         return run(self, duration, before_step, after_step, type(self).step is Simulation.step)
 
@@ -265,6 +279,11 @@ class Simulation:
 
         The motor of a joint has the joint's name; see `Model.control_names`. InputError for a joint without a
         motor says how it gets one.
+
+        >>> simulation = Simulation(load_model(examples.path("arm.xml")))
+        >>> simulation.set_control("elbow", -0.4)
+        >>> float(simulation.controls[simulation.model.control_index("elbow")])
+        -0.4
         """
         index = self._model.control_index(control)
         lower, upper = self._model.control_limits[index]
@@ -286,6 +305,12 @@ class Simulation:
 
         Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
         simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> report = simulation.run(0.5)
+        >>> simulation.reset()
+        >>> simulation.time
+        0.0
         """
         put_start(self, keyframe, q, qd)
 
@@ -342,6 +367,10 @@ class Simulation:
             time, by default one per core; the result does not depend on it.
 
         Raises SimulationError if a step fails, InputError naming the argument.
+
+        >>> linear = Simulation(scenes.make("pendulum", angle=0)).linearise()
+        >>> linear.A.shape, linear.states
+        ((2, 2), ('hinge.change', 'hinge.rate'))
         """
         return linear_model(self, inputs, contacts, tolerance, threads)
 
@@ -375,6 +404,11 @@ class Simulation:
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
         there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
         is that of the simulation: `sim.problem().residual(sim.forces.impulses)` is what the report says.
+
+        >>> simulation = Simulation(scenes.make("stack"))
+        >>> report = simulation.run(0.1)
+        >>> simulation.problem().solve(method="apgd").converged
+        True
         """
         return problem_of_last(self)
 
@@ -402,6 +436,11 @@ class Simulation:
         Its lists `before_step` and `after_step` are its own and hold the same functions. `copy.copy` and
         `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
         problem), which the next step makes again.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> other = simulation.copy()
+        >>> simulation.run(0.5).energy == other.run(0.5).energy  # bit for bit
+        True
         """
         return copied(self)
 

@@ -9,7 +9,7 @@ from typing import Any
 from .. import _core
 from ..checks import function, option
 from ..errors import InputError
-from .outcome import Report
+from .step_report import Report
 from .verdict import check_steps
 
 PATIENCE = 0.05

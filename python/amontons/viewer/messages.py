@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ..escapes import visible
 from ..ranges import FARTHEST
-from ..visible import visible
 
 PHASES = ("start", "update", "end")
 

@@ -18,8 +18,8 @@ from ...errors import FileError, InputError
 from ...limits import Limits
 from ...model.model import Model
 from ...simulation.copies import set_clock
-from ...simulation.outcome import REPORTS
 from ...simulation.simulation import Simulation
+from ...simulation.step_report import REPORTS
 from ...simulation.tables import CONTACTS
 from ..files import existing
 from ..hdf5 import Reader, open_hdf5
