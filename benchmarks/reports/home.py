@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tables import digits
+
 from reports.targets import Results
 
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
