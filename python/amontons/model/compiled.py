@@ -127,7 +127,10 @@ class Parts:
     def of(self, core: Any) -> Any:
         """Raises InputError as the class of the part does."""
         kind = _BACK[type(core)]
-        return kind(**{name: self._value(getattr(core, name), said) for name, said in _annotated(kind)})
+        given = {name: self._value(getattr(core, name), said) for name, said in _annotated(kind)}
+        if kind is Geom and not any(given["friction_direction"]):  # zero stands for none there
+            given["friction_direction"] = None
+        return kind(**given)
 
     def _value(self, value: Any, annotation: str) -> Any:
         if isinstance(value, Enum):
@@ -141,7 +144,7 @@ class Parts:
         if annotation == "Transform":
             return Transform(*map(tuple, value))
         if isinstance(value, list):
-            return None if annotation == "Vector3 | None" and not any(value) else self._list(value)
+            return self._list(value)
         if annotation == "float | None" and value < 0:  # as the compiled module marks a missing coefficient
             return None
         return value

@@ -55,6 +55,18 @@ def test_written_again(tmp_path):
     assert len(json.loads(text)["shapes"]) == 2
 
 
+# Breaks when a point at an origin is taken for none: a tendon through an obstacle whose side is its middle.
+def test_zero_is_not_nothing():
+    builder = amontons.ModelBuilder()
+    builder.add_body("b", shape=amontons.shapes.Sphere(1), density=1)
+    ends = [amontons.parts.PathElement(body="b", frame=amontons.Transform((x, 0, 3))) for x in (-2, 2)]
+    drum = amontons.parts.PathElement("cylinder", radius=1.0, side=(0, 0, 0))
+    builder.add_tendon("rope", path=[ends[0], drum, ends[1]], stiffness=1.0)
+    model = builder.build()
+    assert model.tendons[0].path[1].side == (0, 0, 0)
+    assert model_from_json(model_to_json(model)) == model
+
+
 # Breaks when the file is no JSON that others read, or a name that is the word for infinity becomes a number.
 def test_json_of_the_standard(tmp_path):
     builder = amontons.ModelBuilder()
