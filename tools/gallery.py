@@ -138,8 +138,8 @@ ROBOTS: dict[str, tuple[Callable[[], Simulation], Moment, str]] = {
 SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
 HEAD = """# Gallery
 
-Robots first, then every scene of `amontons.scenes`, a moment of each. What they show and their parameters:
-[scenes](scenes.md). `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
+Robots first, then every scene of `amontons.scenes`, a moment of each. [Scenes](scenes.md) has their
+parameters. `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
 are lines, and an orange line is the path of a point. Drawn by [tools/gallery.py](../tools/gallery.py).
 """
 
