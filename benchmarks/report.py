@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 
 from common import ROOT
-from report_engines import (
+from reports.engines import (
     budget_table,
     curves,
     deadline_table,
@@ -25,8 +25,8 @@ from report_engines import (
     summary_table,
     with_figures,
 )
-from report_home import numbers
-from report_targets import PROFILE_KEYS, Results, file_targets, targets
+from reports.home import numbers
+from reports.targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
 DOCS = ROOT / "docs" / "benchmarks.md"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
-from ..simulation.outcome import Table
+from ..simulation.step_report import Table
 from .batches import turned
 from .colours import STATES
 

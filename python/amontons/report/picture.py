@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.shapes import Plane
-from ..simulation.outcome import Table
+from ..simulation.step_report import Table
 from .batches import Batch, shapes_of, visuals_of
 from .colours import FLOOR
 from .extents import Balls, window_of

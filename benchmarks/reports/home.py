@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from report_engines import digits
-from report_targets import Results
+from tables import digits
+from reports.targets import Results
 
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
 OURS, OTHER = "amontons, 1e-6", "MuJoCo"
