@@ -98,7 +98,7 @@ def laws() -> Figure:
         seen = []
         cube.run(
             1.5,
-            lambda sim, report, seen=seen: seen.append(
+            after_step=lambda sim, report, seen=seen: seen.append(
                 (sim.time, sim.state.positions[0, 2] - 0.1, sim.state.linear_velocities[0, 0])
             ),
         )
@@ -178,6 +178,7 @@ FIGURES = {"gap": gap, "cones": cones, "laws": laws, "residual": residual, "impl
 
 def main(folder: Path) -> None:
     plt.rcParams.update({"font.size": 9, "svg.hashsalt": "amontons", "axes.spines.top": False})
+    plt.rcParams["savefig.transparent"] = True
     plt.rcParams["axes.spines.right"] = False
     for name, draw in FIGURES.items():
         figure = draw()

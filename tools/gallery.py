@@ -9,6 +9,7 @@ megabyte each, so that the repository does not hold them.
 
 import argparse
 import contextlib
+import importlib.util
 import io
 import tempfile
 from collections.abc import Callable
@@ -138,8 +139,8 @@ ROBOTS: dict[str, tuple[Callable[[], Simulation], Moment, str]] = {
 SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
 HEAD = """# Gallery
 
-Robots first, then every scene of `amontons.scenes`, a moment of each. What they show and their parameters:
-[scenes](scenes.md). `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
+Robots first, then every scene of `amontons.scenes`, a moment of each. [Scenes](scenes.md) has their
+parameters. `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
 are lines, and an orange line is the path of a point. Drawn by [tools/gallery.py](../tools/gallery.py).
 """
 
@@ -263,6 +264,9 @@ def main() -> None:
     parser.add_argument("--replays", action="store_true", help="pages with a play bar, in out/replays")
     options = parser.parse_args()
     for name in options.names or [*ROBOTS, *scenes.names()]:
+        if name == "humanoid" and not importlib.util.find_spec("gymnasium"):
+            print("humanoid: left out, its file comes with Gymnasium")
+            continue
         if not options.replays:
             picture(name)
         elif options.names or not (REPLAYS / f"{name}.html").exists():

@@ -137,6 +137,7 @@ FIGURES = {"friction": stick_slip, "ropes": ropes, "play": play}
 
 def main(folder: Path) -> None:
     plt.rcParams.update({"font.size": 9, "svg.hashsalt": "amontons", "axes.spines.top": False})
+    plt.rcParams["savefig.transparent"] = True
     plt.rcParams["axes.spines.right"] = False
     for name, draw in FIGURES.items():
         figure = draw()

@@ -159,3 +159,16 @@ def test_looks_as_committed(chromium, address, width, scheme):
     contrast = abs(ground - (0.0 if scheme == "light" else 1.0))
     assert found.shape == committed.shape
     assert np.abs(found - committed).mean() < SHIFTED * INK * contrast
+
+
+# Breaks when the switch does not show the replay with the force network, or does not lead back.
+def test_switch_of_forces(chromium, address):
+    page = chromium.new_page()
+    page.route("**/replays/*", lambda route: route.fulfill(body=""))
+    page.goto(address + "index.html")
+    if not page.locator("#hero").count():
+        pytest.skip("no replays: make replays")
+    for wanted in ("replays/wall-forces.html", "replays/wall.html"):
+        page.click("#forces")
+        assert page.get_attribute("#hero", "src") == wanted
+    page.close()

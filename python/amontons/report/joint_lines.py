@@ -10,7 +10,7 @@ from ..model.parts import WORLD, Joint
 from .batches import product, turned
 from .force_lines import Lines
 
-COLOUR = (62, 66, 74)
+COLOUR = (104, 116, 140)
 ROD, PIN, REACH = 0.08, 0.26, 0.3
 """Widths of rods and pins, and half the length of a pin, over the thickness of a body."""
 SHORTEST = 0.01

@@ -89,8 +89,8 @@ class Stage:
         self.show_through(self._hidden(positions.reshape(-1, *positions.shape[-2:])[0], eye) > 0.4)
 
     def _eye(self, centre: Array, size: float) -> Array:
-        """The first place AROUND the centre that is not between things that are fixed, as in a funnel; in a
-        hall, that is not inside of one; or nearer, or above."""
+        """The first place AROUND the centre that is not between fixed things, as in a funnel. In a hall there
+        is none: then the first that is not inside of one, or is above."""
         far = NEARER * size / (2 * math.tan(math.radians(FIELD) / 2))
         flat, up = math.cos(math.radians(ABOVE)), math.sin(math.radians(ABOVE))
         turns = np.radians(AROUND)
