@@ -133,7 +133,7 @@ def chain(scale: float) -> Figures:
 
 
 def ball(scale: float) -> Figures:
-    """Dropped by 1 m: how much higher than e^2 m it rises, in a step that begins up to v h above the floor."""
+    """Dropped by 1 m it rises by e^2 m, or more: its step begins up to v h above the floor."""
     for e in (1.0, 0.9, 0.5):
         for h in (5e-3, 1e-3):
             heights = bounce_heights(e, h, 1.3)

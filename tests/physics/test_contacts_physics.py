@@ -21,8 +21,8 @@ def about(axis, angle):
 @pytest.mark.parametrize("h", [1e-3, 5e-3])
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_bounce_height(e, h):
-    # Dropped by 1 m it rises by e^2 m. The impact is at the start of its step, by d <= v h above the floor, and
-    # the ball rises by d + e^2 (1 - d); e = 0 stays down. Between two steps the top is g h^2 / 8 higher.
+    # Dropped by 1 m it rises by e^2 m. The impact is at the start of its step, by d <= v h above the floor,
+    # and the ball rises by d + e^2 (1 - d); e = 0 stays down. Between two steps the top is g h^2 / 8 higher.
     heights = bounce_heights(e, h, 1.3)
     low = int(np.argmin(heights[: round(0.7 / h)]))
     more = max(heights[low:]) - e * e
