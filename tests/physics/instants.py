@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import amontons
@@ -193,4 +193,9 @@ def errors(name: str, trees: str = "none", steps: int = 4) -> np.ndarray:
     make, duration, h = MOTIONS[name]
     ends = [end_of(make, duration, h / 2**k, trees) for k in range(steps + 2)]
     best = [last + (last - before) / 3 for before, last in zip(*ends[-2:], strict=True)]
-    return np.array([[np.abs(x - y).max() for x, y in zip(end, best, strict=True)] for end in ends[:steps]])
+    return distances(ends[:steps], best)
+
+
+def distances(ends: list[tuple[np.ndarray, np.ndarray]], best: Sequence[np.ndarray]) -> np.ndarray:
+    """The largest error of a position and of a velocity of each end, (ends, 2)."""
+    return np.array([[np.abs(x - y).max() for x, y in zip(end, best, strict=True)] for end in ends])
