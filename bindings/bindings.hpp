@@ -49,7 +49,8 @@ nb::ndarray<nb::numpy, T, nb::ndim<2>> matrix_view(T* data, std::size_t rows, st
   return nb::ndarray<nb::numpy, T, nb::ndim<2>>(data, {rows, columns}, capsule);
 }
 
-// A NumPy array that takes ownership of a vector, as (n,) or as rows of (n / columns, columns).
+// A NumPy array that takes ownership of a vector, as (n,) or as rows of (n / columns, columns). Without
+// columns there are no rows either: the matrix of a problem without rows.
 template <class T>
 nb::ndarray<nb::numpy, T, nb::ndim<1>> to_numpy(std::vector<T> values) {
   auto* owner = new std::vector<T>(std::move(values));
@@ -59,7 +60,7 @@ nb::ndarray<nb::numpy, T, nb::ndim<1>> to_numpy(std::vector<T> values) {
 template <class T>
 nb::ndarray<nb::numpy, T, nb::ndim<2>> to_numpy(std::vector<T> values, std::size_t columns) {
   auto owner = std::make_shared<std::vector<T>>(std::move(values));
-  return matrix_view(owner->data(), owner->size() / columns, columns, owner);
+  return matrix_view(owner->data(), columns > 0 ? owner->size() / columns : 0, columns, owner);
 }
 
 // An operator before it becomes part of a Problem, which takes it without copying its arrays.

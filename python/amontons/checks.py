@@ -239,8 +239,13 @@ def quaternion(what: str, values: Any) -> Quaternion:
 
 
 def reals(what: str, values: ArrayLike, remedy: str = "") -> Array:
-    """`values` as a contiguous float64 array, without a copy where it is one; its entries may be NaN."""
+    """`values` as a contiguous float64 array, without a copy where it is one; its entries may be NaN.
+
+    Objects that NumPy does not know lend their memory by DLPack.
+    """
     try:
+        if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
+            values = np.from_dlpack(values)
         if np.iscomplexobj(values):
             raise InputError(f"{what} is complex; it must hold real numbers")
         return np.ascontiguousarray(values, dtype=np.float64)

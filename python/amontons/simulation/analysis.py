@@ -7,9 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..checks import chosen, option
-from ..errors import StepWarning
+from ..errors import InputError, StepWarning
+from ..problem.problem import Problem
 from .derivative import Derivative, Held, derivative_of, remembered_slips
-from .differences import CHANGE, INPUTS, held_change, placed
+from .differences import INPUTS, placed
 from .linearise import Linearisation, linearise_core
 from .options import core_options
 
@@ -25,13 +26,13 @@ def linear_model(
     if threads is not None:
         threads = int(option("threads", threads))
     probe = precise_copy(simulation, tolerance)
-    core, change = probe._core, CHANGE
+    core, margin = probe._core, None
     if contacts == "held":
         core.assign(placed(core, simulation._model, steady=True))
         core.step()
         held = Held(core, simulation._model, core_options(probe.options))
-        core, change = held.simulation(), held_change(simulation._model, held.step.margin)
-    found = linearise_core(core, simulation._model, simulation.dt, inputs, threads, change)
+        core, margin = held.simulation(), held.step.margin
+    found = linearise_core(core, simulation._model, simulation.dt, inputs, threads, margin)
     if contacts == "free" and found.kinks:
         count = len(found.states + found.inputs)
         warnings.warn(
@@ -75,3 +76,18 @@ def precise_copy(simulation: Any, tolerance: float) -> Any:
     least = min(option("tolerance", tolerance), probe.options["tolerance"])
     probe.change_options(tolerance=least, threads=1)
     return probe
+
+
+def problem_of_last(simulation: Any) -> Problem:
+    """The variational inequality of the last step."""
+    core = simulation._core.problem
+    if core is None:
+        raise InputError("there is no problem before the first step; call step() first")
+    return Problem._from_core(
+        core,
+        name=f"step {simulation.steps}",
+        description=(
+            f"t = {simulation.time:g} s, dt = {simulation.dt:g} s, law {simulation._options['law']}"
+        ),
+        source="amontons.Simulation",
+    )

@@ -21,14 +21,14 @@ from ..model.model import Model
 from ..model.quantities import parameter, values_of
 from ..model.variants import variant_at
 from .differences import (
+    CHANGE,
     HELD,
-    HELD_CHANGE,
     HELD_REACH,
+    Entry,
     Sides,
     Stepped,
     entries_of,
     felt,
-    held_change,
     kinks_of,
     names_of,
     placed,
@@ -49,6 +49,11 @@ class Derivative:
     Rows, and columns of A: changes of q along qd (nv), qd (nv), activations (na), as in `Linearisation`;
     those of rows from the q after the step. qd is that of the middle of a step, with which the next one
     begins. So the derivative of two steps is the product of theirs.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> report = simulation.step()
+    >>> simulation.derivative().A.shape  # (q, qd) after the step over (q, qd) before it
+    (2, 2)
     """
 
     A: Array
@@ -98,7 +103,13 @@ class Derivative:
 
 @dataclass(frozen=True)
 class Pullback:
-    """Derivatives of a loss over what was before a step."""
+    """Derivatives of a loss over what was before a step.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> report = simulation.step()
+    >>> simulation.derivative().vjp(np.array([1.0, 0.0])).state.shape
+    (2,)
+    """
 
     state: Array
     """(2 nv + na,)"""
@@ -119,6 +130,8 @@ class Held:
         self.model, self._options = model, self.step.options(options, HELD_REACH)
         core.restore_last()
         self._before = core.snapshot()
+        self.share = self._before.arrays["last_step"] / self._options.dt
+        """how much a load over the step before counts beside one over this: kicks go from middle to middle"""
         self.after = self.simulation()
         """after the held step"""
         self.after.step()
@@ -144,11 +157,11 @@ def derivative_of(
     model, core = held.model, held.simulation()
     stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads, instant=True)
     (middle,) = stepped.after([placed(core, model)])
-    entries = entries_of(core, model, inputs, held_change(model, held.step.margin))
+    entries = entries_of(core, model, inputs, held.step.margin)
     entries = felt(stepped, core, entries, middle)
     sides = list(stepped.sides(core, entries))
-    held_inputs = [replace(e, kind=HELD[e.kind]) for e in entries if e.kind in HELD]
-    before = [side.slope for side in stepped.sides(core, held_inputs)]
+    stepped.unbent(core, entries, sides, middle)
+    before = _before(held, stepped, core, entries, sides)
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)
@@ -174,6 +187,30 @@ def derivative_of(
         held.step.margin,
         reason,
     )
+
+
+def _before(
+    held: Held, stepped: Stepped, core: _core.Simulation, entries: Sequence[Entry], sides: Sequence[Sides]
+) -> list[Array]:
+    """Slopes over the inputs of the step before: of loads a multiple of those over the present ones."""
+    inputs = [(e, side) for e, side in zip(entries, sides, strict=True) if e.kind in HELD]
+    direct = [e for e, _ in inputs if not _is_load(held.model, e)]
+    again = stepped.sides(core, [replace(e, kind=HELD[e.kind]) for e in direct])
+    own = {e.index: side.slope for e, side in zip(direct, again, strict=True)}
+    return [own.get(e.index, held.share * side.slope) for e, side in inputs]
+
+
+def _is_load(model: Model, entry: Entry) -> bool:
+    """Whether an input is in the step by its mean over the kick alone.
+
+    Activations follow the present control, and motors of speed or place have it for their aim.
+    """
+    if entry.kind == "joint_forces":
+        return True
+    actuator, joint, dof = model.core.controls[entry.index]
+    if actuator >= 0:
+        return model.actuators[actuator].dynamics == "none"
+    return model.joints[joint].dofs[dof].motor.kind == "effort"
 
 
 def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:
@@ -222,8 +259,8 @@ def _reason(step: _core.HeldStep, kinks: Sequence[str]) -> str:
         return "the velocities depend on impulses that are not determined (a stack, a table on many legs)"
     if kinks:
         return f"changes of {', '.join(kinks[:3])} differ to both sides: a position is about to be corrected"
-    if step.residual > INCONSISTENT * HELD_CHANGE:
+    if step.residual > INCONSISTENT * CHANGE:
         return "contacts and joints contradict each other after a change"
-    if step.margin < NEAR * HELD_CHANGE:
+    if step.margin < NEAR * CHANGE:
         return f"a contact or drive is at a border between two faces: margin {shown(step.margin)} m/s"
     return ""

@@ -8,7 +8,7 @@ motion depends on them and q alone, so that derivatives of steps multiply.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle
 
 import numpy as np
@@ -23,11 +23,12 @@ from .tangent import angles, difference, integrate
 CHANGE = 1e-6
 """rad, or Model.length: by which coordinates change. Errors are 1e-12 of the third derivative, and 1e-16 /
 1e-6 of rounding."""
-HELD_CHANGE = 1e-7
-"""the same where steps are held on their faces and solved to rounding: errors of 1e-9"""
-HELD_REACH = 1e-6
-"""of Model.length: overlaps that held steps close. Changes make them, with levers of ten lengths."""
-ROUNDING = 1e-6
+WIDE = 10.0
+"""Times as much change rates of steps that are held on their faces, which bear it: less rounding. Coordinates
+do where loops close to 1e-10, which changes have to pass, or where there is no border."""
+HELD_REACH = 3e-6
+"""of Model.length: overlaps that held steps close. Changes make them, with levers of three lengths."""
+ROUNDING = 1e-5
 """Inputs of held steps change until rates change by so much of those of a fall through `Model.length`. Less
 would be near rounding where an input moves little."""
 MOST_INPUT = 1e-2
@@ -36,6 +37,8 @@ TOGETHER = 32
 """copies that are stepped at a time"""
 KINK = 0.02
 """One-sided slopes that differ by more belong to a contact that opens, closes, or begins to slide."""
+BENT = 1e-3
+"""Those that differ by more may belong to a curve: a tenth of the change then errs by a hundredth."""
 SMALL = 1e-2
 """Slopes of inputs below this share of others of their kind may be rounding."""
 FLAT = 1e-4
@@ -78,9 +81,13 @@ class Sides:
 
 
 def kinks_of(
-    names: Sequence[str], entries: Sequence[Entry], sides: Sequence[Sides], middle: Array
+    names: Sequence[str],
+    entries: Sequence[Entry],
+    sides: Sequence[Sides],
+    middle: Array,
+    least: float = KINK,
 ) -> tuple[str, ...]:
-    """The entries whose slopes to both sides disagree.
+    """The entries whose slopes to both sides disagree, by more than the share `least`.
 
     Each is compared with its own largest slope, unless that is rounding: far below those of its kind, or of
     states below FLAT.
@@ -92,8 +99,8 @@ def kinks_of(
         typical[entry.kind] = max(typical.get(entry.kind, 0.0), size)
     found = []
     for name, entry, (up, down), size in zip(names, entries, pairs, sizes, strict=True):
-        least = SMALL * typical[entry.kind] if entry.kind in INPUTS else FLAT
-        if np.abs(up - down).max(initial=0.0) > KINK * max(size, least):
+        noise = SMALL * typical[entry.kind] if entry.kind in INPUTS else FLAT
+        if np.abs(up - down).max(initial=0.0) > least * max(size, noise):
             found.append(name)
     return tuple(found)
 
@@ -149,6 +156,16 @@ class Stepped:
             for k, entry in enumerate(part):
                 yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
 
+    def unbent(
+        self, core: _core.Simulation, entries: Sequence[Entry], sides: list[Sides], middle: Array
+    ) -> None:
+        """Replaces sides of a strong curve by those of a smaller change."""
+        names = [str(k) for k in range(len(entries))]
+        at = [int(k) for k in kinks_of(names, entries, sides, middle, BENT)]
+        less = [replace(entries[k], low=entries[k].low / 10, high=entries[k].high / 10) for k in at]
+        for k, side in zip(at, self.sides(core, less), strict=True):
+            sides[k] = side
+
     def sides_of_variants(
         self,
         variant: Callable[[float], tuple[Model, _core.Simulation]],
@@ -192,20 +209,16 @@ def activated(model: Model) -> list[int]:
     return [k for k, drive in enumerate(model.actuators) if drive.dynamics != "none"]
 
 
-def held_change(model: Model, margin: float) -> float:
-    """By how much states of held steps change; margin: that of the step. Loops close to 1e-10, which larger
-    changes have to pass. Without borders nothing limits a change, and a larger one has less rounding.
-    """
+def entries_of(core: _core.Simulation, model: Model, inputs: str, margin: float | None = None) -> list[Entry]:
+    """Those of the state, then those of the inputs; margin: that of a held step."""
     in_tree = {link[2] for link in model.tree.links}
     loops = any(j not in in_tree for j in range(len(model.joints)))
-    return CHANGE if loops or np.isinf(margin) else HELD_CHANGE
-
-
-def entries_of(core: _core.Simulation, model: Model, inputs: str, change: float = CHANGE) -> list[Entry]:
-    """Those of the state, then those of the inputs."""
-    found = [*_of_state(model), *_of_activations(core, model), *_of_inputs(core, model, inputs)]
-    scale = change / CHANGE
-    return [Entry(e.kind, e.index, scale * e.low, scale * e.high) for e in found]
+    wide = margin is not None and (loops or np.isinf(margin))
+    return [
+        *_of_state(model, WIDE if wide else 1.0, 1.0 if margin is None else WIDE),
+        *_of_activations(core, model),
+        *_of_inputs(core, model, inputs),
+    ]
 
 
 def _typical_rate(model: Model) -> float:
@@ -235,10 +248,11 @@ def felt(stepped: Stepped, core: _core.Simulation, entries: list[Entry], middle:
     return found
 
 
-def _of_state(model: Model) -> Iterator[Entry]:
-    rate = CHANGE * _typical_rate(model)
+def _of_state(model: Model, further: float, faster: float) -> Iterator[Entry]:
+    """Coordinates and rates, which change by these multiples of CHANGE."""
+    rate = faster * CHANGE * _typical_rate(model)
     units = np.where(angles(model), 1.0, model.length)
-    for kind, by in (("q", CHANGE), ("qd", rate)):
+    for kind, by in (("q", further * CHANGE), ("qd", rate)):
         yield from (Entry(kind, k, -by * unit, by * unit) for k, unit in enumerate(units.tolist()))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.model import Model
-from .differences import CHANGE, Stepped, activated, entries_of, kinks_of, names_of, placed, steadied
+from .differences import Stepped, activated, entries_of, kinks_of, names_of, placed, steadied
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,10 @@ class Linearisation:
     rad and m, rad/s and m/s; of floating bases and balls in the axes of `qd`. u: the controls, in the order
     of `Model.control_names`, or the forces along qd (N, N m). The rates are those of the middles of the last
     step and of the next one: with them undamped motions neither grow nor decay.
+
+    >>> linear = Simulation(scenes.make("pendulum", angle=0)).linearise()
+    >>> linear.A.shape
+    (2, 2)
     """
 
     A: Array
@@ -50,15 +54,17 @@ def linearise_core(
     dt: float,
     inputs: str,
     threads: int | None,
-    change: float = CHANGE,
+    margin: float | None = None,
 ) -> Linearisation:
     """See `Simulation.linearise`."""
     core = steadied(core)
     q, qd = model.tree.coordinates(core)
     stepped = Stepped(model, q, threads, steady=True)
     middle, at_place = stepped.after([core.copy(), placed(core, model, steady=True)])
-    entries = entries_of(core, model, inputs, change)
+    entries = entries_of(core, model, inputs, margin)
     sides = list(stepped.sides(core, entries))
+    if margin is not None:
+        stepped.unbent(core, entries, sides, at_place)
     start = np.concatenate([np.zeros(model.nv), qd, core.activations[activated(model)]])
     size = len(start)
     matrix = np.array([side.slope for side in sides]).reshape(len(sides), size).T

@@ -18,10 +18,6 @@ from .simulation import Simulation
 class WorldBatch:
     """Worlds of a model, or of its variants, stepped side by side in C++ threads, without Python's lock.
 
-    batch = amontons.WorldBatch(model, 1000, dt=2e-3)
-    batch.step(controls)  # (worlds, controls)
-    batch.reset(batch.q[:, 2] < 0.3)
-
     model: of all worlds, or one per world: variants (`Model.with_`) with the same coordinates and controls.
     worlds: how many; None: one per model.
     threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
@@ -31,6 +27,11 @@ class WorldBatch:
 
     The arrays keep their memory: who holds one, or a view of it by `numpy.from_dlpack` or
     `torch.from_dlpack`, sees the present state. Raises InputError naming the argument.
+
+    >>> batch = WorldBatch(scenes.make("pendulum"), 4)
+    >>> batch.step()  # or batch.step(controls), (worlds, controls)
+    >>> batch.q.shape
+    (4, 1)
     """
 
     simulations: list[Simulation]
@@ -90,15 +91,18 @@ class WorldBatch:
         joint_forces: ArrayLike | None = None,
         repeat: int = 1,
         worlds: ArrayLike | None = None,
-        out: Array | None = None,
+        out: Any = None,
     ) -> None:
         """Advance by `repeat` steps with controls, clipped to their limits, and forces that are held.
 
         controls: (worlds, controls), or (controls,) for all alike; joint_forces: (worlds, nv), or (nv,). None
-            leaves them as they are. Tensors on the processor are read without copies.
+            leaves them as they are. Arrays of float64 that speak DLPack are read without copies.
         worlds: those that go on, as indices or a mask; by default all. Their rows of the inputs count.
-        out: (worlds, nq + nv), into which q and qd of all worlds are written.
+        out: (worlds, nq + nv) of float64 in memory of the processor, into which q and qd of all worlds are
+            written: an array of NumPy, or what speaks DLPack and may be written, as a tensor of PyTorch.
         """
+        shape = len(self), self.q.shape[1] + self.qd.shape[1]
+        place = None if out is None else writable("out", out, shape)
         rows = self._rows(worlds)
         rows = rows[[not self.failures[k] for k in rows]] if len(rows) else rows
         size, nv = len(self.model.control_names), self.model.nv
@@ -114,8 +118,8 @@ class WorldBatch:
             for k, failure in zip(rows.tolist(), course.failures, strict=True):
                 self.failures[k] = failure
                 self.time[k] = self.simulations[k].time
-        if out is not None:
-            self._write(out)
+        if place is not None:
+            place[:, : self.q.shape[1]], place[:, self.q.shape[1] :] = self.q, self.qd
 
     def reset(
         self,
@@ -178,12 +182,6 @@ class WorldBatch:
             raise InputError(f"{what} of world {rows[np.argwhere(~np.isfinite(chosen))[0, 0]]} is not finite")
         return np.ascontiguousarray(chosen)[:, None]
 
-    def _write(self, out: Array) -> None:
-        shape = len(self), self.q.shape[1] + self.qd.shape[1]
-        if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != np.float64:
-            raise InputError(f"out must be an array of float64 with the shape {shape}")
-        out[:, : self.q.shape[1]], out[:, self.q.shape[1] :] = self.q, self.qd
-
     def __repr__(self) -> str:
         stopped = sum(map(bool, self.failures))
         more = f", {stopped} stopped" if stopped else ""
@@ -200,3 +198,19 @@ def by_rows(what: str, values: Any, rows: int, size: int) -> Array:
             f"{what} has the shape {given.shape}; it must be ({rows}, {size}), by worlds, or ({size},)"
         )
     return given
+
+
+def writable(what: str, values: Any, shape: tuple[int, ...]) -> Array:
+    """A view of memory that may be written: an array of NumPy, or what lends its memory by DLPack."""
+    wanted = f"{what} must be an array of float64 with the shape {shape}, in memory of the processor"
+    view = values
+    if not isinstance(values, np.ndarray):
+        try:
+            view = np.from_dlpack(values)
+        except Exception as error:  # the object answers, which may raise anything
+            raise InputError(f"{wanted} ({' '.join(str(error).split())[:200]})") from None
+    if view.shape != shape or view.dtype != np.float64:
+        raise InputError(f"{wanted}; it has the shape {view.shape} and {view.dtype}")
+    if not view.flags.writeable:
+        raise InputError(f"{what} may not be written: its owner lends it for reading; give an array of NumPy")
+    return view

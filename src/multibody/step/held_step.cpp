@@ -20,6 +20,8 @@ namespace amontons {
 struct HeldStep::Shared {
   Law law;
   std::vector<std::unique_ptr<HeldFaces>> faces;
+  double length = 0;   // of the model (m)
+  double closing = 0;  // with which a step closes the overlaps that changes make (m/s)
   bool closed = false;
   std::mutex mutex;
   std::size_t others = 0;
@@ -33,7 +35,7 @@ struct HeldStep::Shared {
     const HeldFaces* best = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const auto& one : faces)
-      if (const double apart = one->distance(problem); apart < least) {
+      if (const double apart = one->distance(problem, closing); apart < least) {
         least = apart;
         best = one.get();
       }
@@ -60,6 +62,7 @@ HeldStep::HeldStep(const Simulation& simulation) : shared_(std::make_shared<Shar
   AMONTONS_REQUIRE(simulation.state().steps > 0 && !simulation.last_state().positions.empty(),
                    "there was no step yet that could be held; call step() first");
   shared_->law = simulation.options().law;
+  shared_->length = simulation.model().length();
   const auto& problem = simulation.problem();
   // A step without rows has no problem, and no faces.
   if (problem && simulation.impulses().size() == problem->rows())
@@ -67,6 +70,7 @@ HeldStep::HeldStep(const Simulation& simulation) : shared_(std::make_shared<Shar
 }
 
 SimulationOptions HeldStep::options(SimulationOptions given, double reach) const {
+  shared_->closing = reach * shared_->length / given.dt;
   given.own_method = [shared = shared_](const Problem& problem, const Options& options) {
     return shared->solve(problem, options);
   };

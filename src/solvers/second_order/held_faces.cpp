@@ -182,7 +182,7 @@ void HeldFaces::form(const Problem& problem) {
 // Kinds and numbers of blocks must be the same. Points of a manifold may be found in another order. This
 // shows in the mass or in the velocity of a row. An order without such a difference needs no attention: rows
 // of one mass and velocity are alike.
-double HeldFaces::distance(const Problem& problem) const {
+double HeldFaces::distance(const Problem& problem, double closed) const {
   constexpr double unlike = std::numeric_limits<double>::infinity();
   if (problem.rows() != x_.size() || problem.K.blocks() != K_.blocks()) return unlike;
   if (problem.K.runs().size() != K_.runs().size()) return unlike;
@@ -194,7 +194,7 @@ double HeldFaces::distance(const Problem& problem) const {
   double largest = 0;
   for (std::size_t i = 0; i < b_.size(); ++i) {
     const double apart = std::abs(problem.b[i] - b_[i]);
-    if (!(apart <= alike * (fastest_ + 1e-3))) return unlike;
+    if (!(apart <= alike * (fastest_ + 1e-3) + closed)) return unlike;
     largest = std::max(largest, apart);
   }
   return largest;

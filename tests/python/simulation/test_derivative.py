@@ -219,6 +219,35 @@ def value_of(model, what, pattern):
     return values_of(what, model, places(what, model, pattern))[0]
 
 
+# Breaks when an input of the step before counts as a load that is not one: the aim of a motor is that of this
+# step, and so is the control that an activation follows. Of loads the impulse is the mean of both steps, so
+# that equal steps have equal columns.
+def test_inputs_of_the_step_before():
+    builder = ModelBuilder()
+    for k, (name, motor) in enumerate((("turned", Motor("velocity", kd=2.0)), ("pushed", Motor("effort")))):
+        builder.add_body(name, shape=shapes.Sphere(0.1), mass=1.0, position=(k, 0, 0))
+        builder.add_revolute_joint(name, axis=(0, 1, 0), point=(k, 0, 0.5), name=f"{name} pin", motor=motor)
+    builder.add_body("filtered", shape=shapes.Sphere(0.1), mass=1.0, position=(2, 0, 0))
+    builder.add_revolute_joint("filtered", axis=(0, 1, 0), point=(2, 0, 0.5), name="pin")
+    builder.add_actuator("muscle", joint="pin", dynamics="filter", time_constant=0.05)
+    model = replace(builder.build(), trees="auto")
+    options = {"dt": 5e-3, "tolerance": 1e-12, "warm_start": False}
+    sim = Simulation(model, **options)
+    for _ in range(3):
+        sim.controls = [0.3, 0.4, 0.5]
+        sim.step()
+    found = sim.derivative()
+    assert model.control_names == ("muscle", "turned pin", "pushed pin")
+    size = 2 * model.nv
+    for k in range(3):
+        for columns, inputs in ((found.B, "controls"), (found.B_before, "held_controls")):
+            expected = central(model, sim, options, control=k, inputs=inputs)
+            np.testing.assert_allclose(columns[:size, k], expected, atol=1e-6 * np.abs(found.B).max())
+    np.testing.assert_allclose(found.B_before[:, 2], found.B[:, 2], atol=1e-12)
+    assert found.B[size, 0] == pytest.approx(1 - np.exp(-0.1), rel=0.06)  # w' = (control - w) / time constant
+    assert not found.B_before[size].any()
+
+
 # Breaks when the transposed products are not those of the derivative, or the derivatives of steps do not
 # multiply: a loss of the state after 50 steps, differentiated backwards, and by differences of whole runs.
 def test_adjoint_of_many_steps():

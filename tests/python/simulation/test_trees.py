@@ -383,3 +383,14 @@ def test_wrong_values_are_named():
         ModelBuilder(trees="all")
     with pytest.raises(InputError, match="trees"):
         replace(hanging(), trees="some")
+
+
+# Breaks when the matrix of a step without rows divides by their number: Python ends.
+def test_the_problem_of_a_tree_without_rows():
+    builder = ModelBuilder()
+    builder.add_body("bob", mass=1, inertia=(1,) * 3)
+    builder.add_revolute_joint("bob", axis=(0, 1, 0), point=(0, 0, 1))
+    sim = Simulation(replace(builder.build(), trees="auto"))
+    sim.step()
+    assert sim.problem().A.shape == (0, 0)
+    assert "rows:  0" in repr(sim.problem())

@@ -82,14 +82,57 @@ def test_a_world_that_fails(model):
     assert batch.failures == ["", ""]
 
 
-# Breaks when tensors of other packages, which speak DLPack, cannot be read, or the state cannot be seen
-# without a copy.
-def test_views_without_copies(model):
-    batch = WorldBatch(model, 2, dt=DT)
+class Lent:
+    """Memory that speaks DLPack and nothing else, of the protocol with a flag for reading or without."""
+
+    def __init__(self, values, versioned=True):
+        self.values, self.versioned = values, versioned
+
+    def __dlpack__(self, **asked):
+        return self.values.__dlpack__(**asked if self.versioned else {})
+
+    def __dlpack_device__(self):
+        return self.values.__dlpack_device__()
+
+
+# Breaks when tensors of other packages, which speak DLPack, cannot be read or written, or the state cannot be
+# seen without a copy: the memory that is lent has the state after a step.
+def test_memory_that_is_lent(model):
+    batch, plain = WorldBatch(model, 2, dt=DT), WorldBatch(model, 2, dt=DT)
     seen = np.from_dlpack(batch.q)
-    batch.step(np.from_dlpack(np.zeros((2, 1))))
+    controls, out = np.array([[0.3], [-0.2]]), np.zeros((2, model.nq + model.nv))
+    batch.step(Lent(controls), joint_forces=Lent(np.zeros(model.nv)), out=Lent(out))
+    plain.step(controls)
     assert np.shares_memory(seen, batch.q)
-    np.testing.assert_array_equal(seen, batch.q)
+    np.testing.assert_array_equal(seen, plain.q)
+    np.testing.assert_array_equal(out, np.concatenate([plain.q, plain.qd], axis=1))
+    turned = np.zeros((model.nq + model.nv, 2))
+    batch.step(out=Lent(turned.T))  # whose rows are not in a row
+    np.testing.assert_array_equal(turned.T, np.concatenate([batch.q, batch.qd], axis=1))
+
+
+# Breaks when a tensor of PyTorch is copied on its way in or out.
+def test_tensors_of_pytorch(model):
+    torch = pytest.importorskip("torch")
+    batch = WorldBatch(model, 2, dt=DT)
+    q = torch.from_dlpack(batch.q)
+    out = torch.zeros((2, model.nq + model.nv), dtype=torch.float64)
+    batch.step(torch.zeros((2, 1), dtype=torch.float64), out=out.numpy())
+    np.testing.assert_array_equal(q.numpy(), batch.q)
+    np.testing.assert_array_equal(out.numpy()[:, : model.nq], batch.q)
+
+
+# Breaks when an array of JAX cannot be read, or is written although JAX takes it for constant.
+def test_arrays_of_jax(model):
+    jax = pytest.importorskip("jax")
+    with jax.enable_x64():
+        controls, out = jax.numpy.array([[0.3], [-0.2]]), jax.numpy.zeros((2, model.nq + model.nv))
+    batch, plain = WorldBatch(model, 2, dt=DT), WorldBatch(model, 2, dt=DT)
+    batch.step(controls)
+    plain.step(np.asarray(controls))
+    np.testing.assert_array_equal(batch.q, plain.q)
+    with pytest.raises(amontons.InputError, match="its owner lends it for reading"):
+        batch.step(out=out)
 
 
 WRONG = {
@@ -99,6 +142,8 @@ WRONG = {
     "world": (lambda b: b.step(worlds=[2]), "worlds must be indices from 0 to 1"),
     "twice": (lambda b: b.step(worlds=[1, 1]), "worlds has a world twice"),
     "out": (lambda b: b.step(out=np.zeros(3)), "out must be an array of float64"),
+    "kind": (lambda b: b.step(out=[1.0]), "out must be an array of float64"),
+    "lent": (lambda b: b.step(out=Lent(np.zeros((2, 15)), versioned=False)), "lends it for reading"),
     "q": (lambda b: b.reset([0], q=np.zeros(3)), "q has the shape (3,)"),
 }
 

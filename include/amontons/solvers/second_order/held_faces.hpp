@@ -33,8 +33,8 @@ class HeldFaces {
     double residual = 0;  // largest error of the held equations (m/s)
   };
   // How far another problem is from this one: the largest difference of b (m/s), infinite if its rows are not
-  // those of this one.
-  double distance(const Problem& problem) const;
+  // those of this one. closed: by how much b may differ because overlaps are closed in a step (m/s).
+  double distance(const Problem& problem, double closed = 0) const;
   // The solution of a problem at a finite distance.
   Nearby solve(const Problem& problem) const;
 
