@@ -3,28 +3,34 @@
     python benchmarks/orders.py [--quick] [--out FOLDER]
 
 The scenes of tests/physics/instants.py, with joints as rows and in coordinates of trees. Errors are those at
-the end, beside the limit of the two shortest of six steps by extrapolation. Writes orders.csv, a row per
-scene and form with the errors at four steps and the mean order, log2 of the first over the last by three; and
-the figure orders.png. Rows of joints leave errors of position below 1e-4 of `Model.length` as they are.
+the end, beside the limit of the two shortest of six steps by extrapolation. A humanoid of DATA/robots stands
+and swings its arms; its errors are those beside a step of 0.1 ms, and it is skipped where it is absent.
+Writes orders.csv, a row per scene and form with the errors at four steps and the mean order, log2 of the
+first over the last by three; and the figure orders.png. Rows of joints leave errors of position below 1e-4 of
+`Model.length` as they are.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from amontons import ModelBuilder, Simulation, load_model
 from common import ROOT, arguments, shrink, tracked, with_folders, write_csv
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))  # where instants is
-from instants import MOTIONS, errors
+from instants import MOTIONS, distances, end_of, errors
 
 FORMS = {"none": "rows", "auto": "trees"}
 UNSOLVED = [("four-bar", "auto")]
 """Redundant rows of loops of trees miss the tolerance here."""
+STANDING = "humanoid that swings its arms"
 EXACT = 1e-9
 """m, m/s, rad/s"""
 Row = dict[str, Any]
@@ -35,12 +41,41 @@ def order(errors: np.ndarray) -> float | str:
     return "" if errors.max() < EXACT else math.log2(errors[0] / errors[-1]) / (len(errors) - 1)
 
 
+ROBOT = Path("robots") / "mujoco" / "humanoid" / "humanoid.xml"
+STANCE, ARMS, LIFT = {"kp": 2000, "kd": 100}, {"kp": 8, "kd": 0.2}, 0.8
+"""Gains of servos (N m/rad, N m s/rad); where those of the shoulders swing to, and back (rad)."""
+
+
+def humanoid(path: Path, h: float, trees: str) -> Simulation:
+    """Servos hold the stance; loose ones swing the arms, which start at their sides."""
+    model = replace(load_model(path), actuators=(), keyframes=())
+    b = ModelBuilder(trees=trees)
+    b.add_model(model)
+    for joint, dof in ((j, k) for j in model.joints for k in range(len(j.dofs))):
+        swings = "shoulder" in joint.name
+        to = (LIFT if "right" in joint.name else -LIFT) if swings else 0.0
+        b.add_actuator(joint=joint.name, dof=dof, law="position", control=to, **(ARMS if swings else STANCE))
+    return Simulation(b.build(), dt=h)
+
+
+def standing(path: Path, trees: str, steps: int = 4) -> Row:
+    duration, longest = 0.5, 1e-2
+    make = partial(humanoid, path)
+    ends = [end_of(make, duration, longest / 2**k, trees) for k in range(steps)]
+    found = distances(ends, end_of(make, duration, 1e-4, trees))
+    return entry(STANDING, trees, duration, longest, found)
+
+
 def measured(name: str, trees: str, steps: int = 4) -> Row:
     _, duration, longest = MOTIONS[name]
-    found = errors(name, trees, steps)
+    return entry(name, trees, duration, longest, errors(name, trees, steps))
+
+
+def entry(name: str, trees: str, duration: float, longest: float, found: np.ndarray) -> Row:
+    """A row of the table."""
     row: Row = {"scene": name, "joints": FORMS[trees], "duration": duration, "dt": longest}
     for k, what in enumerate(("position", "velocity")):
-        row |= {f"{what}_{n}": found[n, k] for n in range(steps)} | {f"{what}_order": order(found[:, k])}
+        row |= {f"{what}_{n}": found[n, k] for n in range(len(found))} | {f"{what}_order": order(found[:, k])}
     return row
 
 
@@ -48,7 +83,7 @@ def draw(rows: list[Row], path: Path) -> None:
     """Errors over the step, rows and trees; a line of order two beside them."""
     figure, panels = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained", sharex=True)
     for axes, what, unit in zip(panels, ("position", "velocity"), ("m", "m/s, rad/s"), strict=True):
-        for number, name in enumerate(MOTIONS):
+        for number, name in enumerate([*MOTIONS, STANDING]):
             for form, style in zip(FORMS.values(), ("o-", "s--"), strict=True):
                 mine = [r for r in rows if (r["scene"], r["joints"]) == (name, form) and r[f"{what}_order"]]
                 for r in mine:
@@ -71,6 +106,11 @@ def main() -> None:
     cases = [(name, trees) for name in MOTIONS for trees in FORMS if (name, trees) not in UNSOLVED]
     shown = tracked(cases[::4] if options.quick else cases, "orders")
     rows = [measured(name, trees) for name, trees in shown]
+    robot = options.data / ROBOT
+    if robot.exists():
+        rows += [standing(robot, trees) for trees in FORMS]
+    else:
+        print(f"orders: {STANDING}: skipped, there is no {robot}")
     write_csv(options.out / "orders.csv", rows)
     draw(rows, options.figures / "orders.png")
     for r in rows:

@@ -23,6 +23,7 @@ from common import ROOT, arguments, tracked, with_folders, write_csv
 sys.path.insert(0, str(ROOT / "tests" / "physics"))
 from measures import (
     SMOOTH,
+    bounce_heights,
     drive,
     energies,
     energy_loss,
@@ -131,6 +132,17 @@ def chain(scale: float) -> Figures:
     yield Figure(claim, "joint error", max(r.joint_error for r in reports), 1e-4, "m")
 
 
+def ball(scale: float) -> Figures:
+    """Dropped by 1 m it rises by e^2 m, or more: its step begins up to v h above the floor."""
+    for e in (1.0, 0.9, 0.5):
+        for h in (5e-3, 1e-3):
+            heights = bounce_heights(e, h, 1.3)
+            low = int(np.argmin(heights[: round(0.7 / h)]))
+            claim = f"ball with restitution {e:g}, h {h * 1e3:g} ms"
+            limit = (1 - e * e) * math.sqrt(2 * G) * h + G * h * h / 8 + 1e-9
+            yield Figure(claim, "error of the bounce", abs(max(heights[low:]) - e * e), limit, "m")
+
+
 def four_bar(scale: float) -> Figures:
     duration = 100.0 * scale
     sim = simulate("four_bar", {"driven": False, "gravity": 0.0})
@@ -219,6 +231,7 @@ PARTS: tuple[Callable[[float], Figures], ...] = (
     ramp,
     plates,
     chain,
+    ball,
     four_bar,
     smooth,
     free_body,

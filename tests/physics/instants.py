@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import amontons
@@ -69,6 +69,43 @@ def rolling_ball(h: float, trees: str = "none") -> Simulation:
     return Simulation(b.build(), dt=h)
 
 
+def rate_of_coin(r: float, t: float, R: float, tilt: float) -> float:
+    """The rate (rad/s) at which a coin goes round a circle: of radius r and half thickness t, tilted inwards,
+    its centre on a circle of radius R. By the balance of angular momentum; it rolls on the lower edge.
+    """
+    c, s = math.cos(tilt), math.sin(tilt)
+    across, along = r * r / 4 + t * t / 3, r * r / 2  # inertia over mass
+    momentum = c * (across * s + along * (R - t * c) / r) + R * (r * c + t * s)
+    return math.sqrt(G * (r * s - t * c) / momentum)
+
+
+def coin(h: float, trees: str = "none", tilt: float = 0.4, plane: bool = True) -> Simulation:
+    """A coin that rolls on its edge in a circle, at the rate of rate_of_coin."""
+    r, t, R = COIN
+    rate = rate_of_coin(*COIN, tilt)
+    c, s = math.cos(tilt), math.sin(tilt)
+    spin = -rate * (R - t * c) / r
+    half = math.pi / 4 - tilt / 2
+    b = ModelBuilder(trees=trees)
+    floor = shapes.Plane() if plane else shapes.Box((2, 2, 0.1))
+    b.add_geom(None, floor, position=(0, 0, 0 if plane else -0.1), material=Material(friction=1))
+    b.add_body(
+        "coin",
+        shape=shapes.Cylinder(r, t),
+        mass=1,
+        position=(R, 0, r * c + t * s),
+        orientation=(math.cos(half), 0, math.sin(half), 0),
+        material=Material(friction=1),
+        linear_velocity=(0, R * rate, 0),
+        angular_velocity=(-rate * c * s + spin * c, 0, rate * c * c + spin * s),
+    )
+    return Simulation(b.build(), dt=h)
+
+
+COIN = (0.1, 0.005, 0.3)
+"""Radius, half thickness, radius of the path (m)."""
+
+
 def spring(h: float, trees: str = "none", damping: float = 0.4) -> Simulation:
     """A mass on a spring and damper, stretched by 0.1 m, without gravity."""
     b = ModelBuilder(gravity=(0, 0, 0), trees=trees)
@@ -125,6 +162,7 @@ MOTIONS: dict[str, tuple[Callable[..., Simulation], float, float]] = {
     "four-bar": (four_bar, 0.3, 0.02),
     "spinning top": (top, 0.2, 0.002),
     "rolling ball": (rolling_ball, 1.0, 0.02),
+    "coin on its edge": (coin, 0.8, 0.008),
     "spring with damper": (spring, 1.0, 0.02),
     "arm on a standing base": (swinging_arm, 1.0, 0.02),
     "position servos": (servo, 0.6, 0.01),
@@ -155,4 +193,9 @@ def errors(name: str, trees: str = "none", steps: int = 4) -> np.ndarray:
     make, duration, h = MOTIONS[name]
     ends = [end_of(make, duration, h / 2**k, trees) for k in range(steps + 2)]
     best = [last + (last - before) / 3 for before, last in zip(*ends[-2:], strict=True)]
-    return np.array([[np.abs(x - y).max() for x, y in zip(end, best, strict=True)] for end in ends[:steps]])
+    return distances(ends[:steps], best)
+
+
+def distances(ends: list[tuple[np.ndarray, np.ndarray]], best: Sequence[np.ndarray]) -> np.ndarray:
+    """The largest error of a position and of a velocity of each end, (ends, 2)."""
+    return np.array([[np.abs(x - y).max() for x, y in zip(end, best, strict=True)] for end in ends])

@@ -212,6 +212,17 @@ def energy_loss(sim: amontons.Simulation, duration: float) -> float:
     return float((total[:n].mean() - total[-n:].mean()) / kinetic.max())
 
 
+def bounce_heights(restitution: float, h: float, duration: float) -> list[float]:
+    """Heights over the floor of a ball that was dropped by 1 m, after each step."""
+    b = amontons.ModelBuilder()
+    b.add_geom(None, amontons.shapes.Plane(), material=amontons.Material(restitution=restitution))
+    b.add_body(position=(0, 0, 1.1), shape=amontons.shapes.Sphere(0.1), mass=2.0)
+    heights: list[float] = []
+    sim = amontons.Simulation(b.build(), dt=h)
+    run(sim, duration, lambda s, _: heights.append(s.state.positions[0, 2] - 0.1))
+    return heights
+
+
 def pendulum(links: int, h: float, **options: Any) -> amontons.Simulation:
     """Bars of 1 m and 1 kg on hinges, released from the horizontal."""
     b = amontons.ModelBuilder()

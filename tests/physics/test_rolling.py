@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from amontons import Material, ModelBuilder, Simulation, scenes, shapes
+from instants import COIN, coin, rate_of_coin
 from measures import kick, middle, run, simulate
 
 G = 9.81
@@ -362,3 +363,20 @@ def test_scene_is_that_of_its_text():
     critical = R * math.tan(math.radians(10.0))
     given = [g.material.rolling_friction for g in model.geoms[1:]]
     assert given == pytest.approx([0, critical, 2 * critical])
+
+
+# Breaks when the contact of a rim stays where it was at the start of a step, or corners of the cap that the
+# rim comes to carry the coin: 21 % of the energy were lost. The path of steps is a polygon: it errs by less
+# than the square of the turn per step over 2, and the energy by less than that of the path.
+@pytest.mark.parametrize("plane", [True, False])
+@pytest.mark.parametrize("tilt", [0.4, 0.8])
+def test_a_coin_rolls_in_a_circle(tilt, plane):
+    h, duration = 4e-3, 0.8
+    sim = coin(h, tilt=tilt, plane=plane)
+    rate, turn = rate_of_coin(*COIN, tilt), h * np.linalg.norm(sim.state.angular_velocities[0])
+    energies, angles = [], [0.0]
+    for _ in range(round(duration / h)):
+        energies.append(sim.step().energy)
+        angles.append(math.atan2(*sim.state.positions[0, 1::-1]))
+    assert abs(np.unwrap(angles)[-1] - rate * duration) < turn**2 / 2 * rate * duration
+    assert np.ptp(energies) < turn**2 / 2 * energies[0]

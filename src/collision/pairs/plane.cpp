@@ -20,6 +20,9 @@ namespace {
 // A face within 6 degrees of upright still counts as a wall: a box that rocks by less keeps its four corners.
 constexpr double looks_down = -0.1;  // cosine; the walls of an upright box do not count
 
+// Cosine of the angle between corners of a cap, a twelfth of a turn.
+constexpr double beside_lowest = 0.8661;
+
 // The plane and the parameters of the query; `at` is any point of the plane.
 struct PlaneContact {
   Vec3 at, normal;
@@ -57,7 +60,8 @@ void capsule_on_plane(const Capsule& capsule, const Transform& frame, const Plan
   plane.add(down + half);
 }
 
-// The rim's lowest point of either cap, and for a cap that looks down a polygon on its rim.
+// The rim's lowest point of either cap, and for a cap that looks down a polygon on its rim. The corners
+// beside the lowest point are omitted: a rim that rolls comes to them on its way, and they would brake it.
 void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   const Vec3 axis = r.column(2);
@@ -69,8 +73,11 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
     // The rim's lowest point, unless the cap is within 1 mrad of flat, where its position is arbitrary.
     if (tilt > 1e-3) plane.add(cap + (cylinder.radius / tilt) * flat);
     if (side * c >= looks_down) continue;
-    for (const auto& [cosine, sine] : cap_polygon())
-      plane.add(cap + cylinder.radius * (cosine * r.column(0) + sine * r.column(1)));
+    for (const auto& [cosine, sine] : cap_polygon()) {
+      const Vec3 corner = cosine * r.column(0) + sine * r.column(1);
+      if (tilt > 1e-3 && dot(corner, flat) > beside_lowest * tilt) continue;
+      plane.add(cap + cylinder.radius * corner);
+    }
   }
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
+#include <span>
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
@@ -322,6 +324,31 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   }
 }
 
+namespace {
+
+// Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
+bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
+
+// The points in the middle of the step of contacts of a pair that travels by `way` and whose surface turns by
+// `most`. A point on a rim keeps its place beside the centre while the rim moves through it; a corner moves
+// with it. Each point is taken once.
+void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
+                  const std::vector<Contact>& contacts, std::vector<ContactPoint>& points,
+                  std::vector<std::optional<ContactPoint>>& found) {
+  found.assign(keys.size(), std::nullopt);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const Vec3 place = contacts[keys[k].contact].point + way;
+    const auto away = [&](const ContactPoint& p) { return norm_squared(p.point - place); };
+    const auto nearest = std::min_element(points.begin(), points.end(),
+                                          [&](const auto& p, const auto& q) { return away(p) < away(q); });
+    if (nearest == points.end() || away(*nearest) > most * most) continue;
+    found[k] = *nearest;
+    points.erase(nearest);
+  }
+}
+
+}  // namespace
+
 const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
                                                           const std::vector<Contact>& contacts) {
   middles_.clear();
@@ -331,26 +358,39 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (end - first > 1 || half.turn(a.body) + half.turn(b.body) < 0.5 * least_turn) continue;
+    const double turn = half.turn(a.body) + half.turn(b.body);
+    const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
+    if ((end - first > 1 && !rolls) || turn < 0.5 * least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
     points_.clear();
     const Transform frame_a = half.frame(a), frame_b = half.frame(b);
     collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
             points_);
-    if (points_.size() != 1) continue;
+    if (rolls) {
+      const Vec3 way =
+          of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
+      match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape),
+                   std::span(by_pair_).subspan(first, end - first), contacts, points_, matched_);
+    } else {
+      if (points_.size() != 1) continue;
+      matched_.assign(1, points_[0]);
+    }
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    const Vec3 normal = c.normal;
-    move_to(points_[0], half.centre(c.body_a), half.centre(c.body_b), surface, c);
-    if (has_edges(a.shape) || has_edges(b.shape)) {
+    for (std::size_t k = first; k < end; ++k) {
+      if (!matched_[k - first]) continue;
+      c = contacts[by_pair_[k].contact];
+      const Vec3 normal = c.normal;
+      move_to(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, c);
       // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
       // whether it is an internal edge.
       const auto stays = [&](const Transform& before, const Transform& then) {
         const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
         return norm_squared(carried - c.normal) < same_normal * same_normal;
       };
-      if (!stays(frames_[geom_a], frame_a) && !stays(frames_[geom_b], frame_b)) continue;
+      if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
+          stays(frames_[geom_b], frame_b))
+        middles_.emplace_back(by_pair_[k].contact, c);
     }
-    middles_.emplace_back(by_pair_[first].contact, c);
   }
   return middles_;
 }

@@ -1,5 +1,6 @@
 // Finds the points of geoms that may touch within a step.
 #pragma once
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -33,8 +34,8 @@ class ContactFinder {
   // Appends the points at which v, of an unsolved step, leads through fixed geometry. It considers all fixed
   // geometry, because the contacts on which redundant points and internal edges rely may not hold.
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
-  // For contacts that are the only one of their pair, if the pair turns: index and contact in the middle of
-  // the step that v leads through.
+  // For contacts that are the only one of their pair, and those of rims, if the pair turns: index and contact
+  // in the middle of the step that v leads through.
   using Middles = std::vector<std::pair<std::size_t, Contact>>;
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
@@ -78,6 +79,7 @@ class ContactFinder {
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;
+  std::vector<std::optional<ContactPoint>> matched_;
   InternalEdges edges_;
   RedundantPoints redundant_;
 };

@@ -116,12 +116,15 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
 }
 
 // Whether a contact may close within the step with a jump of velocities. One that carried a load in the last
-// step and is closed stays closed, or opens: its force changes as smoothly as the motion beside it.
+// step and is closed stays closed, or opens: its force changes as smoothly as the motion beside it. One that
+// is near without a load, as a slider beside its guide, strikes if it would go farther than closed ones may
+// be.
 bool may_strike(const SmoothInput& in, const Contact& c, bool carried) {
   const double start = dot(c.normal, relative_motion(c, in.start).linear);
   const double free = dot(c.normal, relative_motion(c, in.free).linear);
-  if (c.gap > in.closed) return c.gap + in.h * std::min(start, free) <= 0;
-  return (in.last > 0 && !carried) || -start > smooth_speed(in.fall, free - start);
+  if (c.gap > in.closed || (in.last > 0 && !carried))
+    return std::max(c.gap, in.closed) + in.h * std::min(start, free) <= 0;
+  return -start > smooth_speed(in.fall, free - start);
 }
 
 // The groups of dynamic bodies that joints and contacts connect: the first body of each.
@@ -216,8 +219,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 
 // The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
 // the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
-// symmetric, and (D_m - D) v of velocities v near v+ is added to b. For pairs with several points it is
-// unknown which of them stay.
+// symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each
+// point is followed. For other pairs with several points it is unknown which of them stay.
 //
 // If a normal turns by more than the limit in policy.hpp in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
