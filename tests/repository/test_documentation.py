@@ -1,6 +1,8 @@
 """The documents: links, public names, code blocks; the examples; and that the checker sees faults."""
 
+import os
 import runpy
+import sys
 from pathlib import Path
 
 import check_docs
@@ -46,6 +48,9 @@ def test_blocks_run(root, tmp_path, monkeypatch, document):
         if (root / name).exists():
             (tmp_path / name).symlink_to(root / name)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    if "AMONTONS_DATA" not in os.environ:
+        monkeypatch.setenv("AMONTONS_DATA", str(root.parent / "shared" / "data"))
     namespace = {"__name__": "document"}
     blocks = check_docs.python_blocks(root / document)
     assert blocks
