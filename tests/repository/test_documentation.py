@@ -1,8 +1,10 @@
 """The documents: links, public names, code blocks; the examples; and that the checker sees faults."""
 
 import operator
+import os
 import re
 import runpy
+import sys
 from pathlib import Path
 
 import amontons
@@ -49,6 +51,9 @@ def test_blocks_run(root, tmp_path, monkeypatch, document):
         if (root / name).exists():
             (tmp_path / name).symlink_to(root / name)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    if "AMONTONS_DATA" not in os.environ:
+        monkeypatch.setenv("AMONTONS_DATA", str(root.parent / "shared" / "data"))
     namespace = {"__name__": "document"}
     blocks = check_docs.python_blocks(root / document)
     assert blocks

@@ -43,7 +43,7 @@ SMALL = 1e-2
 """Slopes of inputs below this share of others of their kind may be rounding."""
 FLAT = 1e-4
 """Slopes of states below it may be rounding: a change that a contact takes back within the step."""
-INPUTS = {"controls": None, "joint_forces": None}
+INPUTS = {"controls": None, "joint_forces": None, "none": None}
 HELD = {"controls": "held_controls", "joint_forces": "held_joint_forces"}
 """the same over the step before, in which a part of the impulses of this one acts"""
 
@@ -266,7 +266,7 @@ def _of_inputs(core: _core.Simulation, model: Model, inputs: str) -> Iterator[En
     if inputs == "controls":
         for k, (lower, upper) in enumerate(model.control_limits):
             yield _within("controls", k, float(core.controls[k]), lower, upper)
-    else:
+    elif inputs == "joint_forces":
         for k in range(model.nv):
             yield _within("joint_forces", k, float(core.joint_forces[k]), -np.inf, np.inf)
 
@@ -317,4 +317,4 @@ def names_of(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...
     states += [f"{model.actuators[k].name}.activation" for k in activated(model)]
     if inputs == "controls":
         return tuple(states), tuple(f"{name}.control" for name in model.control_names)
-    return tuple(states), tuple(f"{name}.force" for name in model.qd_names)
+    return tuple(states), tuple(f"{name}.force" for name in model.qd_names if inputs != "none")

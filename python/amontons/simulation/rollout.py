@@ -68,7 +68,8 @@ class Rollout:
         q, qd: (worlds, rows, nq) and (worlds, rows, nv), derivatives of the loss over `q` and `qd`; None is
             zero. The part along a quaternion has no influence.
         parameters: names as in `Simulation.derivative`, "friction:foot".
-        inputs: "controls" or "joint_forces"; by default what the rollout was given.
+        inputs: "controls", "joint_forces" or "none", which takes less time; by default what the rollout was
+            given.
         threads: as in `Simulation.derivative`.
 
         Each step is one of `Simulation.derivative`, on the faces of its solution. Raises InputError naming

@@ -358,7 +358,7 @@ class Simulation:
         the state and the inputs, their order and units. Functions of before_step and after_step are not
         called. Each changed state is the nearest one with closed loops.
 
-        inputs: "controls", of actuators and motors, or "joint_forces", generalised forces along qd.
+        inputs: "controls", of actuators and motors, "joint_forces", generalised forces along qd, or "none".
         contacts: "free": each changed step finds its own contacts. Where contacts begin, end or start to
             slide there is no derivative: the numbers then belong to a change of 1e-6, `kinks` names the
             states, and a StepWarning says so. "held": contacts, limits and drives stay open, stick, slide or
@@ -391,7 +391,7 @@ class Simulation:
 
         parameters: names as "friction:foot", "mass:link2", "damping:elbow", "armature:*", "gain:servo": a
             quantity of `Model.with_` and a name or pattern; of a pattern all change together.
-        inputs: "controls" or "joint_forces", as they were during the step.
+        inputs: "controls" or "joint_forces", as they were during the step, or "none", which takes less time.
         tolerance: to which the step is solved again first, if it can be: redundant joints allow less.
 
         Raises InputError before the first step, or naming the argument; SimulationError if a step fails.

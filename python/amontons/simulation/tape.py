@@ -36,7 +36,8 @@ class Gradient:
     qd: Array
     """(worlds, nv), over qd at the start"""
     inputs: Array
-    """(worlds, rows, controls), or (worlds, rows, nv) of joint forces. 0 where a control is beyond a limit"""
+    """(worlds, rows, controls), (worlds, rows, nv) of joint forces or (worlds, rows, 0). 0 where a control is
+    beyond a limit"""
     parameters: Array
     """(worlds, parameters)"""
     differentiable: Array
@@ -97,7 +98,7 @@ def _of_world(
     """The parts of a gradient that belong to one world."""
     model, rows = world.model, len(q)
     sim = world.copy()
-    width = len(model.control_names) if asked.inputs == "controls" else model.nv
+    width = {"controls": len(model.control_names), "joint_forces": model.nv, "none": 0}[asked.inputs]
     inputs, by_parameters = np.zeros((rows, width)), np.zeros(len(asked.parameters))
     smooth, margin = np.ones(rows, dtype=bool), np.full(rows, np.inf)
     adjoint: Array | None = None

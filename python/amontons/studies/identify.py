@@ -26,6 +26,8 @@ from ..simulation.tangent import angles, difference
 
 CHANGE = 1e-4
 """Relative: by which parameters change for differences. Large enough to pass over rounding of many steps."""
+JUMP = 0.5
+"""Relative: slopes to both sides that differ by more have an event of a contact between them."""
 UNSEEN = 1e-9
 """Relative: a parameter whose whole change moves the residuals by less has no influence."""
 NOTHING = 1e-9
@@ -291,18 +293,33 @@ class _Problem:
 
     def jacobian(self, values: Array) -> Array:
         """(residuals, parameters), by differences that stay above zero."""
-        changes, sets = [], []
+        sets, ends = [], []
         for k, value in enumerate(values):
             by = CHANGE * abs(value) if value else CHANGE
             low = value - by if value > by or self.names[k].startswith("gain:") else value
-            changes.append(value + by - low)
-            for at in (low, value + by):
+            ends.append((low, value + by))
+            for at in ends[-1]:
                 changed = values.copy()
                 changed[k] = at
                 sets.append(changed)
-        moved = [self.errors(q) for q in self.simulated(sets)]
-        columns = [(moved[2 * k + 1] - moved[2 * k]) / change for k, change in enumerate(changes)]
+        moved, here = [self.errors(q) for q in self.simulated(sets)], self.residuals(values)
+        columns = []
+        for k, (low, high) in enumerate(ends):
+            down, up = moved[2 * k], moved[2 * k + 1]
+            columns.append(_slope(down, here, up, values[k] - low, high - values[k]))
         return np.array(columns).T
+
+
+def _slope(down: Array, here: Array, up: Array, below: float, above: float) -> Array:
+    """Slopes of residuals between both sides. Where a contact comes a step later on one side, residuals jump,
+    which is no slope: the smaller one of both is then that of the other side.
+    """
+    central = (up - down) / (above + below)
+    if below == 0:
+        return central
+    right, left = (up - here) / above, (here - down) / below
+    smaller = np.where(np.abs(right) < np.abs(left), right, left)
+    return np.where(np.abs(right - left) > JUMP * np.abs(smaller), smaller, central)
 
 
 def _pieces(model: Model, data: list[Any], length: int, dt: float | None, options: dict[str, Any]) -> _Pieces:

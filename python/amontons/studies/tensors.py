@@ -86,5 +86,6 @@ def pulled(
     task: Program, result: Rollout, q: Array, qd: Array, controls: bool
 ) -> tuple[Array, Array, Array | None, Array]:
     """Derivatives of a loss over q, qd, controls and parameters, from those over the results."""
-    back = result.vjp(q, qd, parameters=task.names, inputs="controls", threads=task.threads)
+    inputs = "controls" if controls else "none"
+    back = result.vjp(q, qd, parameters=task.names, inputs=inputs, threads=task.threads)
     return back.q, back.qd, back.inputs if controls else None, back.parameters

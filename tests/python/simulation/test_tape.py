@@ -146,6 +146,17 @@ def test_joint_forces_and_bits():
     assert not taped.vjp(half).inputs[0, 15:].any()  # rows after the loss
 
 
+# Breaks when a gradient without inputs is another one over the rest.
+def test_without_inputs():
+    result = rollout(arm(), starts(arm(), elbow=1.0)[None], np.zeros((1, 5, 2)), tape=True, **OPTIONS)
+    slope = np.ones_like(result.q)
+    whole, part = (result.vjp(slope, parameters=["mass:lower"], inputs=i) for i in ("controls", "none"))
+    assert whole.inputs.shape == (1, 5, 2)
+    assert part.inputs.shape == (1, 5, 0)
+    for name in ("q", "qd", "parameters", "differentiable"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
+
+
 # Breaks when a control beyond its limit, which moves nothing, has a derivative.
 def test_controls_beyond_limits():
     model = arm()
