@@ -72,7 +72,7 @@ def test_first_hour(root, tmp_path, tools, prefix):
     assert "the box stands 0.300 m before the wall" in said
     assert "the hand touches the floor" in said
     broken = tmp_path / "broken.json"
-    broken.write_text(re.sub(r'"mass": [0-9.]+', '"mass": "heavy"', (tmp_path / "arm.json").read_text()))
+    broken.write_text(re.sub(r'"mass":[0-9.]+', '"mass": "heavy"', (tmp_path / "arm.json").read_text()))
     done = subprocess.run([tmp_path / "build" / "cpp_loop", broken], capture_output=True, text=True)
     assert done.returncode == 2
     assert f"{broken}: bodies[0].mass: give a number" in done.stderr

@@ -48,7 +48,8 @@ class ModelBuilder(PartBuilder):
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
     "minimum" or "mean". fluid: what bodies of added models that feel one move through. trees: "none", or
-    "auto" for bodies in coordinates of their joints, see `Model.trees`.
+    "auto" for bodies in coordinates of their joints, see `Model.trees`; None: "auto" with the first added
+    model that has it.
 
     All of them are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
@@ -68,12 +69,13 @@ class ModelBuilder(PartBuilder):
         gravity: Numbers = (0.0, 0.0, -9.81),
         friction_rule: str = "geometric_mean",
         fluid: Fluid = NO_FLUID,
-        trees: str = "none",
+        trees: str | None = None,
     ) -> None:
         self._gravity = vector3("gravity", gravity)
         chosen("friction rule", friction_rule, FRICTION_RULES)
         self._friction_rule = friction_rule
-        chosen("trees", trees, TREES)
+        if trees is not None:
+            chosen("trees", trees, TREES)
         self._trees = trees
         self._fluid = fluid
         self._bodies: list[Body] = []
@@ -403,7 +405,7 @@ class ModelBuilder(PartBuilder):
             sensors=tuple(self._sensors),
             visuals=tuple(self._visuals),
             links=tuple(self._links),
-            trees=self._trees,
+            trees=self._trees or "none",
         )
         keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
         return changed(model, keyframes=keyframes)

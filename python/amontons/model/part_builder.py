@@ -37,6 +37,7 @@ class PartBuilder(DriveBuilder):
     _sensors: list[Sensor]
     _links: list[Link]
     _unread: list[Unread]
+    _trees: str | None
     _names: dict[str, dict[str, int]]
 
     def add_model(
@@ -61,7 +62,8 @@ class PartBuilder(DriveBuilder):
         on: the geom or body of the builder on which the model stands: position[2] is then measured from
         the highest point there to the lowest of its shapes, both at the initial poses.
 
-        Gravity, friction rule and fluid are those of the builder. Returns the indices that the parts got.
+        Gravity, friction rule and fluid are those of the builder; so is `trees`, unless it is None there.
+        Returns the indices that the parts got.
         """
         if not isinstance(model, Model):
             raise no_model("add_model: model", model)
@@ -179,6 +181,8 @@ class PartBuilder(DriveBuilder):
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)
         self._unread += model.unread
+        if self._trees is None and model.trees != "none":
+            self._trees = model.trees
 
 
 def require_movable(who: str, shape: Shape, motion: str) -> None:

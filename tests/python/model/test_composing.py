@@ -384,3 +384,20 @@ def test_visuals_come_along():
         builder.add_visual("cube", mesh, colour=(2, 0, 0, 1))
     with pytest.raises(amontons.InputError, match="vertex 3"):
         TriangleMesh(mesh.vertices, [(0, 1, 3)])
+
+
+@pytest.mark.parametrize(
+    ("given", "parts", "expected"),
+    [
+        (None, ["none"], "none"),
+        (None, ["none", "auto", "none"], "auto"),
+        ("none", ["auto"], "none"),
+        ("auto", ["none"], "auto"),
+    ],
+)
+def test_the_form_of_joints_comes_with_the_models(given, parts, expected):
+    """Breaks when a robot of a file, put on a table by a builder, falls back to joints as rows."""
+    builder = ModelBuilder(trees=given)
+    for i, form in enumerate(parts):
+        builder.add_model(replace(machine(), trees=form), prefix=f"{i}_")
+    assert builder.build().trees == expected
