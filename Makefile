@@ -35,7 +35,7 @@ help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room;  make quick ROOM=joint  by file name'
 	@echo 'make docs      the documentation site, in build/site'
-	@echo 'make replays   all scenes as pages with a play bar, in out/replays, which make docs takes into the site'
+	@echo 'make replays   all robots and scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make playground the engine in a page of the browser, in out/playground, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
 	@echo 'make bench     benchmarks, written to benchmarks/results'
@@ -117,8 +117,8 @@ cpp_tests: install
 	@cmake --build $(BUILD) --target amontons_tests
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
-# Whatever MkDocs warns about is an error: dead links and headings, pages that no menu leads to, equations that are none.
-docs: .venv/.docs
+# Replays are made once: remove out/replays to renew them. Whatever MkDocs warns about is an error: dead links and headings, pages that no menu leads to, equations that are none.
+docs: .venv/.docs replays
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet && echo 'build/site/index.html'
 
 # Pictures of the concepts and of all scenes, which the pages show.
@@ -127,6 +127,7 @@ figures: install
 	@MPLBACKEND=Agg $(BIN)/python tools/law_figures.py
 	@$(BIN)/python tools/diagrams.py
 	@$(BIN)/python tools/gallery.py
+	@$(BIN)/python -c 'import mujoco' 2>/dev/null && $(BIN)/python tools/creep.py || echo 'without MuJoCo docs/figures/creep.webp stays as it is'
 
 replays: install
 	@$(BIN)/python tools/gallery.py --replays

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from amontons import scenes
 from common import ROOT, read
-from robot_run import Energy, our_model, with_floor
+from robot.run import Energy, our_model, with_floor
 from robots import models
 
 Row = dict[str, Any]

@@ -4,7 +4,7 @@ a four-bar linkage.
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
 Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
-measured_PART.csv, a row per figure, and their tables into docs/measured.md (report_measured.py).
+measured_PART.csv, a row per figure, and their tables into docs/measured.md (reports/measured.py).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import report_measured
 from common import RESULTS, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
+from reports.measured import renew
 
 Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -37,8 +37,8 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
     options = parser.parse_args()
-    renew = options.out is None and not options.quick
-    options.out = TABLES if renew else options.out
+    whole = options.out is None and not options.quick
+    options.out = TABLES if whole else options.out
     options = with_folders(options)
     for name in options.only:
         folder, rows = PARTS[name]
@@ -49,8 +49,8 @@ def main() -> None:
         found = list(rows(path, options.quick))
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
-    if renew:
-        report_measured.renew(options.out)
+    if whole:
+        renew(options.out)
 
 
 if __name__ == "__main__":

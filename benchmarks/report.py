@@ -3,8 +3,8 @@
     python benchmarks/report.py FOLDER [--docs]
 
 Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
-of docs/benchmarks.md, docs/choosing.md, docs/engine-curves.md and of the README of the repository between
-their markers, and the figures in sentences beside other engines.
+of docs/benchmarks.md, docs/choosing.md, docs/engine-curves.md, docs/index.md and of the README of the
+repository between their markers, and the figures in sentences beside other engines.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 
 from common import ROOT
-from report_engines import (
+from reports.engines import (
     budget_table,
     curves,
     deadline_table,
@@ -25,14 +25,16 @@ from report_engines import (
     summary_table,
     with_figures,
 )
-from report_targets import PROFILE_KEYS, Results, file_targets, targets
+from reports.home import numbers
+from reports.targets import PROFILE_KEYS, Results, file_targets, targets
 from tables import milliseconds, scientific, table
 
 DOCS = ROOT / "docs" / "benchmarks.md"
 README = ROOT / "README.md"
+HOME = ROOT / "docs" / "index.md"
 CHOOSING = ROOT / "docs" / "choosing.md"
 CURVES = ROOT / "docs" / "engine-curves.md"
-WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, ROOT / "docs" / "peers.md")
+WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, ROOT / "docs" / "peers.md", HOME)
 SHOWN = {
     "B1 network": "lattice of 1000 parts on joints",
     "B3 plates 1:100": "stack of 20 plates, masses 1:100",
@@ -406,6 +408,8 @@ def write(folder: Path, *, docs: bool) -> list[Path]:
         renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
     renew(CHOOSING, profile_table(results), PROFILE)
     renew(README, summary_table(results, SHOWN_BESIDE), "beside")
+    renew(README, numbers(results, "docs/benchmarks.md", "docs/engines.md"), "numbers")
+    renew(HOME, numbers(results, "benchmarks.md", "engines.md"), "numbers")
     for document in WITH_FIGURES:
         document.write_text(with_figures(document.read_text(), results.beside))
     return [path, *MARKS]

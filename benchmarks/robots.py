@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import subprocess
 import sys
@@ -29,8 +30,9 @@ from common import SAMPLE, arguments, progress, with_folders, write_csv
 from rich.console import Console
 from rich.table import Table
 
-WORKER = Path(__file__).with_name("robot_run.py")
-FORMS_WORKER = Path(__file__).with_name("robot_forms.py")
+HERE = Path(__file__).resolve().parent
+WORKERS = {False: ("-m", "robot.run"), True: ("-m", "robot.forms")}
+"""By whether both forms of joints run."""
 MISSED, MEDIANS, GAIN, ERRORS, APART = 1.0, 10.0, 0.01, 3.0, 0.01
 """From where on a row counts: missed steps (%), longest step (medians), relative gain of a step, difference
 of free motion (errors of the step), joints that are apart (lengths of the model)."""
@@ -87,7 +89,7 @@ def models(folder: Path) -> list[Path]:
 def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
     both = options.trees == "both"
-    command = [sys.executable, FORMS_WORKER if both else WORKER, path]
+    command = [sys.executable, *WORKERS[both], path.resolve()]
     command += ["--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
     command += [] if both else ["--trees", options.trees]
@@ -97,7 +99,8 @@ def run(path: Path, options: Any) -> Row:
         tempfile.TemporaryFile("w+") as err,
         tempfile.TemporaryDirectory() as folder,  # where MuJoCo leaves its log
     ):
-        arguments = {"stdout": out, "stderr": err, "cwd": folder, "timeout": options.limit}
+        around = {**os.environ, "PYTHONPATH": str(HERE)}
+        arguments = {"stdout": out, "stderr": err, "cwd": folder, "timeout": options.limit, "env": around}
         try:
             code = subprocess.run(list(map(str, command)), **arguments).returncode
         except subprocess.TimeoutExpired:

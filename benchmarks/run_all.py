@@ -21,8 +21,8 @@ from pathlib import Path
 from time import perf_counter
 
 import report
-import report_measured
 from common import ROOT, arguments, processor, read_csv, with_folders, write_csv
+from reports.measured import renew
 
 HERE = Path(__file__).resolve().parent
 PARTS = (
@@ -134,7 +134,7 @@ def main() -> int:
     for path in report.write(options.out.resolve(), docs=options.complete and not failed):
         print(path)
     if options.complete and not failed:
-        report_measured.renew(options.out)
+        renew(options.out)
     print(f"{perf_counter() - start:.0f} s in all" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return bool(failed)
 

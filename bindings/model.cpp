@@ -2,7 +2,8 @@
 
 #include "amontons/multibody/contacts/overlaps.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
-#include "amontons/multibody/model/fields.hpp"
+#include "amontons/multibody/model/builder.hpp"
+#include "amontons/multibody/model/model_json.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -34,6 +35,90 @@ nb::class_<T> bind_fields(nb::module_& m, const char* name) {
   };
   std::apply([&](const auto&... field) { (bind(field), ...); }, detail::fields<T>);
   return part;
+}
+
+// Parts that no step reads. Python packs and unpacks the meshes of pictures.
+void bind_looks(nb::module_& m) {
+  nb::class_<Look>(m, "Look", "A shape, or a mesh of pictures as two packed arrays, or neither.")
+      .def(nb::init<>())
+      .def(
+          "__init__", [](Look* self, const Shape& shape) { new (self) Look{shape, {}}; }, nb::arg("shape"))
+      .def(
+          "__init__",
+          [](Look* self, std::string vertices, std::string triangles) {
+            new (self) Look{
+                {},
+                std::make_shared<const PictureMesh>(PictureMesh{std::move(vertices), std::move(triangles)})};
+          },
+          nb::arg("vertices"), nb::arg("triangles"))
+      .def_ro("shape", &Look::shape)
+      .def_prop_ro("mesh",
+                   [](const Look& look) {
+                     return look.mesh ? std::optional(std::pair(look.mesh->vertices, look.mesh->triangles))
+                                      : std::nullopt;
+                   })
+      .def_prop_ro(
+          "key", [](const Look& look) { return reinterpret_cast<std::uintptr_t>(look.mesh.get()); },
+          "Equal for looks that share a mesh.");
+  bind_fields<NamedLink>(m, "Link");
+  bind_fields<Site>(m, "Site");
+  bind_fields<Sensor>(m, "Sensor");
+  bind_fields<Visual>(m, "Visual");
+  bind_fields<Keyframe>(m, "Keyframe");
+  bind_fields<Unread>(m, "Unread");
+}
+
+// The arithmetic of ModelBuilder: what the builder of Python makes its parts with.
+void bind_builder(nb::module_& m) {
+  nb::class_<JointEnd>(m, "JointEnd")
+      .def(nb::init<Index, const Transform&, const Transform&>(), nb::arg("body"), nb::arg("pose"),
+           nb::arg("part"));
+  nb::class_<NewJoint>(m, "NewJoint")
+      .def(nb::init<>())
+      .def_rw("name", &NewJoint::name)
+      .def_rw("point", &NewJoint::point)
+      .def_rw("axis", &NewJoint::axis)
+      .def_rw("axis_2", &NewJoint::axis_2)
+      .def_rw("dof", &NewJoint::dof)
+      .def_rw("dofs", &NewJoint::dofs)
+      .def_rw("compliance", &NewJoint::compliance)
+      .def_rw("collide", &NewJoint::collide)
+      .def_rw("play", &NewJoint::play)
+      .def_rw("play_length", &NewJoint::play_length)
+      .def_rw("journal_radius", &NewJoint::journal_radius)
+      .def_rw("play_friction", &NewJoint::play_friction)
+      .def_rw("play_normal", &NewJoint::play_normal);
+  m.def("joint_between", &joint_between, nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("given"));
+  m.def("dofs_of_kind", &dofs_of_kind, nb::arg("kind"));
+  m.def(
+      "rod_between",
+      [](const std::string& name, const JointEnd& a, const JointEnd& b, const Vec3& point_a,
+         const Vec3& point_b, std::optional<double> length, std::optional<double> lower,
+         std::optional<double> upper) {
+        return rod_between(a, b,
+                           {.name = name,
+                            .point_a = point_a,
+                            .point_b = point_b,
+                            .length = length,
+                            .lower = lower,
+                            .upper = upper});
+      },
+      nb::arg("name"), nb::arg("a"), nb::arg("b"), nb::arg("point_a"), nb::arg("point_b"),
+      nb::arg("length").none(), nb::arg("lower").none(), nb::arg("upper").none());
+  m.def(
+      "solid_of",
+      [](const std::string& who, std::optional<Shape> shape, double density, double mass,
+         std::optional<Mat3> inertia, std::optional<Vec3> centre) {
+        const MassProperties s = solid_of({.shape = std::move(shape),
+                                           .density = density,
+                                           .mass = mass,
+                                           .inertia = inertia,
+                                           .centre_of_mass = centre},
+                                          who);
+        return std::tuple(s.mass, s.centre_of_mass, s.inertia);
+      },
+      nb::arg("who"), nb::arg("shape").none(), nb::arg("density"), nb::arg("mass"), nb::arg("inertia").none(),
+      nb::arg("centre").none(), "(mass, centre, inertia) of a new body.");
 }
 
 }  // namespace
@@ -70,17 +155,17 @@ void bind_model(nb::module_& m) {
   bind_fields<Tendon>(m, "Tendon");
   bind_fields<Transmission>(m, "Transmission");
   bind_fields<Actuator>(m, "Actuator");
+  bind_looks(m);
+  bind_builder(m);
   bind_fields<ModelDescription>(m, "ModelDescription");
+  m.def("write_model", &write_model_json, nb::arg("description"), "Its JSON text.");
+  m.def("read_model", &read_model_json, nb::arg("text"), nb::arg("who"),
+        "The description in a JSON text; InputErrors begin with `who` and name the place.");
   nb::class_<Model>(m, "Model", "A checked description, which never changes.")
       .def(nb::new_([](const ModelDescription& description) { return std::make_shared<Model>(description); }),
            nb::arg("description"))
-      .def_static(
-          "from_json",
-          [](const std::string& file) { return std::make_shared<Model>(Model::from_json(file)); },
-          nb::arg("file"), "The model of a JSON file; its errors name the place.")
-      .def(
-          "to_json", [](const Model& model, const std::string& file) { model.to_json(file); },
-          nb::arg("file"), "Writes a JSON file as C++ does.")
+      .def_prop_ro(
+          "description", [](const Model& model) { return model.description(); }, "A copy.")
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)

@@ -3,7 +3,6 @@
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"
-#include "amontons/collision/shapes/mass.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
 
@@ -26,9 +25,70 @@ std::span<const std::array<std::int32_t, 3>> triangles_of(const Triangles& a) {
   return {reinterpret_cast<const std::array<std::int32_t, 3>*>(a.data()), a.shape(0)};
 }
 
-Shape checked(Shape shape) {
-  validate(shape);
-  return shape;
+Shape shape_of(const std::string& kind, const nb::dict& values) {
+  std::optional<Shape> made;
+  detail::any_shape([&]<class S>() {
+    if constexpr (detail::Described<S>) {
+      if (kind != detail::shape_name<S>) return false;
+      S shape{};
+      const auto take = [&]<class Value>(const detail::Field<S, Value>& field) {
+        shape.*field.member = nb::cast<Value>(values[field.name]);
+      };
+      std::apply([&](const auto&... field) { (take(field), ...); }, detail::fields<S>);
+      made = shape;
+      return true;
+    }
+    return false;
+  });
+  AMONTONS_REQUIRE(made, "there is no shape " + kind + " of a few lengths");
+  validate(*made);
+  return *made;
+}
+
+std::string kind_of(const Shape& shape) {
+  return std::visit([]<class S>(const S&) { return std::string(detail::shape_name<S>); }, shape);
+}
+
+const void* data_of(const Shape& shape) {
+  return std::visit(
+      [](const auto& s) -> const void* {
+        if constexpr (requires { s.data; }) return s.data.get();
+        return nullptr;
+      },
+      shape);
+}
+std::uintptr_t key_of(const Shape& shape) { return reinterpret_cast<std::uintptr_t>(data_of(shape)); }
+
+// Arrays are copies.
+nb::dict triangles_to_dict(std::span<const Vec3> vertices,
+                           std::span<const std::array<std::int32_t, 3>> triangles) {
+  const auto* points = reinterpret_cast<const double*>(vertices.data());
+  const auto* corners = triangles.data()->data();
+  nb::dict out;
+  out["vertices"] = to_numpy(std::vector(points, points + 3 * vertices.size()), 3);
+  out["triangles"] = to_numpy(std::vector(corners, corners + 3 * triangles.size()), 3);
+  return out;
+}
+nb::dict values_of_shape(const Shape& shape) {
+  if (const auto* hull = std::get_if<Hull>(&shape))
+    return triangles_to_dict(hull->data->given_vertices, hull->data->given_triangles);
+  if (const auto* mesh = std::get_if<Mesh>(&shape))
+    return triangles_to_dict(vertices_of(*mesh), triangles_of(*mesh));
+  nb::dict out;
+  if (const auto* field = std::get_if<HeightField>(&shape)) {
+    const Heights heights = heights_of(*field);
+    out["heights"] = to_numpy(std::vector(heights.values.begin(), heights.values.end()), heights.columns);
+    out["size_x"] = heights.size_x;
+    out["size_y"] = heights.size_y;
+    return out;
+  }
+  const auto fill = [&]<class S>(const S& s) {
+    if constexpr (detail::Described<S>)
+      std::apply([&](const auto&... field) { ((out[field.name] = nb::cast(s.*field.member)), ...); },
+                 detail::fields<S>);
+  };
+  std::visit(fill, shape);
+  return out;
 }
 
 // (mass, centre, inertia)
@@ -65,19 +125,7 @@ nb::ndarray<nb::numpy, std::int32_t, nb::ndim<2>> pairs_of_boxes(const Matrix& l
 
 void bind_shapes(nb::module_& m) {
   nb::class_<Shape>(m, "Shape", "A collision shape; checked when it is made.")
-      .def_static(
-          "sphere", [](double radius) { return checked(Sphere{radius}); }, nb::arg("radius"))
-      .def_static(
-          "box", [](const Vec3& half) { return checked(Box{half}); }, nb::arg("half"))
-      .def_static(
-          "capsule", [](double radius, double length) { return checked(Capsule{radius, length}); },
-          nb::arg("radius"), nb::arg("half_length"))
-      .def_static(
-          "cylinder", [](double radius, double length) { return checked(Cylinder{radius, length}); },
-          nb::arg("radius"), nb::arg("half_length"))
-      .def_static(
-          "ellipsoid", [](const Vec3& radii) { return checked(Ellipsoid{radii}); }, nb::arg("radii"))
-      .def_static("plane", [] { return Shape(Plane{}); })
+      .def_static("of", &shape_of, nb::arg("kind"), nb::arg("values"), "A shape of a few lengths, by name.")
       .def_static(
           "hull",
           [](Matrix vertices, Triangles triangles) {
@@ -97,7 +145,9 @@ void bind_shapes(nb::module_& m) {
                                            heights.shape(1), size_x, size_y));
           },
           nb::arg("heights"), nb::arg("size_x"), nb::arg("size_y"))
-      .def_prop_ro("bounding_radius", &bounding_radius)
+      .def_prop_ro("kind", &kind_of)
+      .def_prop_ro("values", &values_of_shape, "What it was made of, by name.")
+      .def_prop_ro("key", &key_of, "Equal for shapes that share their data; 0 for one of a few lengths.")
       .def(
           "mass_properties",
           [](const Shape& shape, double density) { return to_tuple(mass_properties(shape, density)); },

@@ -39,7 +39,13 @@ nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>> history_of(const std::shared_p
 }  // namespace
 
 void bind_solution(nb::module_& m) {
-  nb::class_<IterationRecord>(m, "IterationRecord", "What a callback gets to see of an iteration.")
+  nb::class_<IterationRecord>(m, "IterationRecord",
+                              "An iteration, as the callback of a solve gets it.\n\n"
+                              ">>> def stop(record):\n"
+                              "...     return record.iteration >= 3\n"
+                              ">>> problem = vi.read_problem(examples.path(\"wall_impact.hdf5\"))\n"
+                              ">>> problem.solve(method=\"apgd\", callback=stop).iterations\n"
+                              "3")
       .def_ro("iteration", &IterationRecord::iteration, "0 for the starting point")
       .def_ro("products", &IterationRecord::products, "products with A so far")
       .def_ro("time", &IterationRecord::time, "s since the start of the solve")

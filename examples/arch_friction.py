@@ -18,9 +18,9 @@ def run(mu: float, stones: int) -> dict[str, float]:
 def coulomb(stones: int) -> float:
     """The least friction with which no stone slides.
 
-    The part of an arch between the crown and the joint at the angle t from it, of weight W, slides inwards
-    unless the thrust H at the crown is at least W cot(t + phi), and outwards unless it is at most
-    W cot(t - phi), with mu = tan(phi).
+    Take the part of an arch between the crown and the joint at the angle t from it, of weight W. It slides
+    inwards unless the thrust H at the crown is at least W cot(t + phi). It slides outwards unless H is at
+    most W cot(t - phi). Here mu = tan(phi).
     """
     t = np.pi / stones * np.arange(stones / 2, 0, -1)  # weights are as the angles
 
@@ -44,6 +44,6 @@ for stones in (7, 11, 15):
     )
     plt.axvline(coulomb(stones), color=line.get_color(), linestyle=":")
 plt.xlabel("coefficient of friction")
-plt.ylabel("largest way of a stone within half a second (m)")
+plt.ylabel("largest displacement of a stone in half a second (m)")
 plt.legend()
 plt.savefig("arch.png", dpi=110)

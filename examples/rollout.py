@@ -21,7 +21,7 @@ for _ in range(worlds):
     start.reset("bent", q={**posture, "box": (place, 0, 0.05, 1, 0, 0, 0)})
     states.append(np.concatenate([start.q, start.qd]))
 
-# Of each world a way from one random posture to another, in the units of the file.
+# Each world moves from one random posture to another; controls have the units of the file.
 ends = random.uniform((0.0, -2.2), (1.8, -0.4), (worlds, 3, 2))
 knots, times = np.linspace(0, 1, 3), np.linspace(0, 1, rows)
 controls = np.array([[np.interp(times, knots, way[:, k]) for k in range(2)] for way in ends]).transpose(

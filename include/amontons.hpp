@@ -5,7 +5,7 @@
 #include "amontons/base/error.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"
-#include "amontons/collision/shapes/mass.hpp"
+#include "amontons/collision/shapes/shapes.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/kinematics/closure.hpp"
 #include "amontons/multibody/kinematics/dynamics.hpp"

@@ -1,6 +1,7 @@
 """Checks the documentation; prints every fault.
 
 - Every relative link of a Markdown file leads to a file, every #fragment to a heading of it.
+- The text of a link names what it leads to: no "here", no name of a file.
 - Every public name has a docstring or a mention in backquotes in docs/, and every public method
   and property of its classes has a docstring or is named in that of the class.
 - Every make target that a document names in code exists.
@@ -22,6 +23,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)|^\[[^\]]+\]:\s*(\S+)", re.MULTILINE)
+NAMELESS = re.compile(
+    r"(?<!!)\[((?:this |that |the )?(?:page|table|guide|above|below|details|here|how|more|steps)"
+    r"|[\w/-]+\.md)\]\(",
+    re.IGNORECASE,
+)
 FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"`[^`\n]*`")
 SOURCE = re.compile(r"(?<![\w./*-])(?:[\w-]+/)*[\w-]+(?:\.isa)?\.(?:cpp|hpp|py)\b")
@@ -52,6 +58,12 @@ def anchors(text: str) -> set[str]:
     return slugs | {f"eq-{number}" for number in numbers(text)}
 
 
+def leads(fragment: str, text: str) -> bool:
+    """Whether a page has a heading of this fragment, or an entry of the reference that it is a member of."""
+    shown = re.findall(r"^::: (\S+)$", text, re.MULTILINE)
+    return fragment in anchors(text) or fragment.rpartition(".")[0] in shown
+
+
 def numbers(text: str) -> list[str]:
     """The numbers of the equations of a page, in order."""
     return [n for block in FENCE.finditer(text) for n in re.findall(r"\\tag\{(\w+)\}", block.group())]
@@ -68,8 +80,14 @@ def check_links(root: Path) -> Iterator[str]:
             target = (file.parent / path) if path else file
             if not target.exists():
                 yield f"{file.relative_to(root)}: dead link {link}"
-            elif fragment and target.suffix == ".md" and fragment not in anchors(target.read_text()):
+            elif fragment and target.suffix == ".md" and not leads(fragment, target.read_text()):
                 yield f"{file.relative_to(root)}: no heading for {link}"
+
+
+def check_link_texts(root: Path) -> Iterator[str]:
+    for file in documents(root):
+        for text in NAMELESS.findall(FENCE.sub("", file.read_text())):
+            yield f"{file.relative_to(root)}: a link says '{text}'; name the page or heading that it leads to"
 
 
 def has_docstring(thing: object) -> bool:
@@ -82,9 +100,9 @@ def public_names() -> dict[str, object]:
     """Every public name with what it names, those of the modules that hold the less common ones too."""
     import amontons
 
-    doors = (amontons, amontons.vi, amontons.parts, amontons.results)
-    named = {f"{door.__name__}.{name}": getattr(door, name) for door in doors for name in door.__all__}
-    return {name: thing for name, thing in named.items() if thing not in doors and "__" not in name}
+    modules = (amontons, amontons.vi, amontons.parts, amontons.results, amontons.examples)
+    named = {f"{door.__name__}.{name}": getattr(door, name) for door in modules for name in door.__all__}
+    return {name: thing for name, thing in named.items() if thing not in modules and "__" not in name}
 
 
 def check_names(root: Path) -> Iterator[str]:
@@ -209,6 +227,7 @@ def python_blocks(file: Path) -> list[tuple[int, str]]:
 def faults(root: Path) -> list[str]:
     checks = (
         check_links,
+        check_link_texts,
         check_targets,
         check_commands,
         check_files,

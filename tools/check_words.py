@@ -5,7 +5,8 @@
     python tools/check_words.py --at REVISION        counts an older revision of git; no limits
     python tools/check_words.py --lower              lowers the limits to the counts
 
-Parts: comments of the C++ core and of the bindings, comments and docstrings of Python, documents. Measures:
+Parts: comments of the C++ core and of the bindings; comments, docstrings and help of commands of the package;
+documents; guides, which are the other pages at the root and the READMEs of folders; examples. Measures:
 - long: sentences of more than 30 words; code and a formula count as one word each
 - start: sentences that begin with "Of" or "What"; questions and headings may
 - idiom: the phrases of IDIOM
@@ -30,11 +31,15 @@ from prose import sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 LIMITS = Path("tools/word_limits.csv")
+GUIDES = ("CODE_OF_CONDUCT.md", "RELEASING.md", "SECURITY.md", "paper/paper.md")
+FOLDERS = ("benchmarks", "bindings", "licenses", "python", "src", "tests", "tools")
 PARTS = {
     "core": ("include/**/*.hpp", "src/**/*.hpp", "src/**/*.cpp"),
     "bindings": ("bindings/**/*.hpp", "bindings/**/*.cpp"),
     "python": ("python/**/*.py",),
     "documents": ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/**/*.md"),
+    "guides": (*GUIDES, *(f"{folder}/**/README.md" for folder in FOLDERS)),
+    "examples": ("examples/**/*.py",),
 }
 MOST_WORDS = 30
 # Each phrase has a plain word: CONTRIBUTING.md, "Words". "ways" is the plural of way for travel.

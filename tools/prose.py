@@ -1,4 +1,7 @@
-"""The sentences of comments, docstrings and documents, each with the line where its paragraph begins."""
+"""The sentences of comments, docstrings, help of commands and documents.
+
+Each comes with the line where its paragraph begins.
+"""
 
 import io
 import re
@@ -9,6 +12,7 @@ from pathlib import Path
 ABBREVIATION = r"(?<!\be\.g\.)(?<!\bi\.e\.)(?<!\bcf\.)(?<!\bal\.)(?<!\bno\.)(?<!\bvs\.)"
 END = re.compile(rf"(?<=[.!?])(?:[)\"*]*){ABBREVIATION}\s+(?=\S)")
 ITEM = re.compile(r"\s*([-*+]|\d+\.|[ivx]+\))\s+")
+EXAMPLE = re.compile(r"^ *>>> .*(?:\n *\S.*)*", re.MULTILINE)
 COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|(//+)([^\n]*)')
 
 Lines = list[tuple[int, str]]
@@ -44,18 +48,29 @@ def comments_cpp(text: str) -> Iterator[Lines]:
 
 
 def comments_python(text: str) -> Iterator[Lines]:
-    """Docstrings, each line with the indentation of the string removed, and comments as those of C++."""
+    """Docstrings, each line with the indentation of the string removed, `help="..."`, and comments as in C++.
+
+    Examples of docstrings, from a line `>>>` to the next blank one, are code.
+    """
     start, hashes = True, [""] * (text.count("\n") + 2)
+    before_help, shown_help = ("", ""), Lines()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         (row, column), kind = token.start, token.type
         if kind == tokenize.COMMENT:
             before = token.line[:column]
             hashes[row] = ("x" if before.strip() else " ").ljust(column) + "//" + token.string[1:]
         elif kind == tokenize.STRING and start:
-            body = token.string.strip("rRuU").strip("\"'").split("\n")
-            yield [(row + i, line.removeprefix(" " * column)) for i, line in enumerate(body)]
+            body = token.string.strip("rRuU").strip("\"'")
+            lines = EXAMPLE.sub(only_lines, body).split("\n")
+            yield [(row + i, line.removeprefix(" " * column)) for i, line in enumerate(lines)]
+        elif kind == tokenize.STRING and (shown_help or before_help == ("help", "=")):
+            shown_help.append((row, token.string.strip("rRuU").strip("\"'")))
+        elif shown_help and kind not in (tokenize.NL, tokenize.COMMENT):
+            yield shown_help
+            shown_help = []
         if kind not in (tokenize.COMMENT, tokenize.NL):
             start = kind in (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING)
+            before_help = (before_help[1], token.string)
     yield from comments_cpp("\n".join(hashes[1:]))
 
 

@@ -39,6 +39,9 @@ with tempfile.TemporaryDirectory() as folder:
     solution = amontons.vi.read_problem(Path(folder) / "step.hdf5").solve(tolerance=1e-6)
     assert solution.converged and np.isfinite(solution.x).all()
 
+# The files of examples come along.
+assert amontons.vi.read_problem(amontons.examples.path("plates.hdf5")).b.size
+
 # What is missing says what to do.
 try:
     amontons.sweep(lambda mu: None, {"mu": [1]})

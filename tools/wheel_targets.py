@@ -36,7 +36,7 @@ class Target:
 
     @property
     def how(self) -> str:
-        """By what its programs run here, for the tables of docs/install.md."""
+        """By what its programs run here, for the tables of docs/wheels.md."""
         if self.system == "macos":
             return "never run"
         return (

@@ -10,7 +10,7 @@ from .plain import Geom, Motion, Scene
 from .variant import Variant
 
 IMPORT, PACKAGES = "amontons", ()
-MANUAL = "https://github.com/amontons/amontons/blob/main/docs/choosing.md"
+MANUAL = "choosing.md"  # beside the page that shows it
 THREADS = True
 VARIANTS = (
     Variant("amontons, 1e-6", {"tolerance": 1e-6}, MANUAL),

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from amontons.problem.problem import Problem
+from amontons.report.first_contact import touched
 from amontons.report.picture import Frame
-from amontons.report.touch import touched
 from amontons.scenes import get, make
 from amontons.simulation.simulation import Simulation
 

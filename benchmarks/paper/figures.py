@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from amontons.report.complete_files import save_figure
 from amontons.report.figures import STYLES
 from amontons.report.plotting import Axes, NullFormatter, plt
-from amontons.report.whole import save_figure
 
 from .measure import LEVEL, PRODUCTS, Trace
 

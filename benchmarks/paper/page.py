@@ -11,10 +11,10 @@ import numpy as np
 from amontons import __version__
 from amontons.io.files import write_whole
 from amontons.report.comparison import Run, compare, single_methods, write_csv
+from amontons.report.complete_files import csv_bytes
 from amontons.report.figures import convergence_figures
 from amontons.report.picture import View
 from amontons.report.snapshots import snapshots_figure
-from amontons.report.whole import csv_bytes
 from common import processor
 
 from . import cases

@@ -25,7 +25,7 @@ engine.state.forces[2] = (-PRESSURE, 0, 0)
 
 
 def place(angle: float) -> float:
-    """Of the piston (m)."""
+    """The position of the piston (m)."""
     return CRANK * math.cos(angle) + math.sqrt(ROD**2 - (CRANK * math.sin(angle)) ** 2)
 
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from typing import Any as _Any
 
 # The public names: `as` says that they are meant to be used from here.
+from . import examples as examples
 from . import parts as parts
 from . import results as results
 from . import shapes as shapes
@@ -31,6 +32,7 @@ from .errors import ModelWarning as ModelWarning
 from .errors import SimulationError as SimulationError
 from .errors import StepWarning as StepWarning
 from .errors import UnsupportedWarning as UnsupportedWarning
+from .field_help import describe_fields as _describe_fields
 from .io import load_model as load_model
 from .io import read_recording as read_recording
 from .io import record as record
@@ -51,9 +53,9 @@ from .model.transforms import Transform as Transform
 from .model.transforms import axis_angle as axis_angle
 from .report.render import render as render
 from .report.render import render_view as render_view
-from .simulation.outcome import Report as Report
 from .simulation.rollout import rollout as rollout
 from .simulation.simulation import Simulation as Simulation
+from .simulation.step_report import Report as Report
 from .simulation.world_batch import WorldBatch as WorldBatch
 from .studies.identify import Motion as Motion
 from .studies.identify import identify as identify
@@ -73,7 +75,10 @@ __all__ = sorted(
     for name, value in {**globals(), "scenes": None}.items()
     if not name.startswith("_") and name != "TYPE_CHECKING" and not isinstance(value, _ModuleType)
 )
-__all__ += ["__version__", "parts", "results", "shapes", "vi"]
+__all__ += ["__version__", "examples", "parts", "results", "shapes", "vi"]
+
+_describe_fields(vars(module)[name] for module in (parts, results, vi) for name in module.__all__)
+_describe_fields(globals()[name] for name in __all__ if name != "scenes")
 
 
 def __dir__() -> list[str]:

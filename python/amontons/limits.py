@@ -22,6 +22,9 @@ class Limits:
     """Limits of a file; a file above them is refused. Every reader takes `limits=amontons.Limits(...)`.
 
     Raises InputError for what is no positive integer, and for a folder that there is not.
+
+    >>> small = Limits(memory=10**6, elements=1000)
+    >>> model = load_model(examples.path("arm.xml"), limits=small)
     """
 
     memory: int = 2 * 2**30

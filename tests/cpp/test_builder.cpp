@@ -141,7 +141,7 @@ TEST(builder_refuses) {
   CHECK_THROWS(builder.add_body("c", {.shape = Sphere{-1}, .density = 1}), "radius");
   CHECK_THROWS(builder.add_geom("c", Sphere{1}), "no body \"c\"; known are a, b");
   CHECK_THROWS(builder.add_revolute_joint("a", "b", {.name = "pin", .axis = axis}),
-               "revolute joint \"pin\": point is not given");
+               "joint \"pin\": point is not given");
   CHECK_THROWS(builder.add_revolute_joint("a", "b", {.point = point}), "axis is zero");
   CHECK_THROWS(builder.add_revolute_joint("a", "a", {.point = point, .axis = axis}), "two bodies");
   CHECK_THROWS(builder.add_revolute_joint("world", "a", {.point = point, .axis = axis}), "swap");
@@ -279,4 +279,36 @@ TEST(controls_and_instant) {
   CHECK(copy.instant().q == simulation.instant().q);
   builder.joint("rail").dofs[0].motor = {MotorKind::velocity, 0, infinity, 5, 0};
   CHECK_THROWS(builder.build(), "a velocity motor takes kd");
+}
+
+// Fails if the freedoms of a joint with play are in another order, another one takes the motor, or the frame
+// of a slider is not along its axis: a journal about z, and a slider along x that tilts about y.
+TEST(joints_with_play) {
+  ModelBuilder builder;
+  for (const char* name : {"a", "b"}) builder.add_body(name, {.mass = 1, .inertia = Mat3::identity()});
+  const Dof motor{.motor = {.kind = MotorKind::velocity}};
+  builder.add_revolute_joint("a", "world",
+                             {.name = "pin", .point = Vec3{}, .axis = {0, 0, 2}, .dof = motor, .play = 1e-3});
+  builder.add_prismatic_joint("b", "world",
+                              {.name = "rail",
+                               .axis = {3, 0, 0},
+                               .dof = motor,
+                               .play = 1e-3,
+                               .play_length = 0.1,
+                               .play_normal = {0, 1, 0}});
+  const auto kind = [&](const char* joint, int k) { return builder.joint(joint).dofs[k].motor.kind; };
+  for (const char* joint : {"pin", "rail"}) {
+    const std::vector<Dof>& dofs = builder.joint(joint).dofs;
+    CHECK(dofs.size() == 3 && dofs[0].kind == Dof::Kind::slide && dofs[2].kind == Dof::Kind::hinge);
+  }
+  CHECK(kind("pin", 2) == MotorKind::velocity && kind("pin", 0) == MotorKind::none);
+  CHECK(kind("rail", 0) == MotorKind::velocity && kind("rail", 2) == MotorKind::none);
+  const Quat rail = builder.joint("rail").frame_b.rotation;
+  CHECK_NEAR(norm(rotate(rail, {1, 0, 0}) - Vec3{1, 0, 0}), 0, 1e-15);
+  CHECK_NEAR(norm(rotate(rail, {0, 0, 1}) - Vec3{0, 1, 0}), 0, 1e-15);
+  CHECK(builder.build().joint(1).play_length == 0.1);
+  CHECK_THROWS(
+      builder.add_revolute_joint("a", "b", {.point = Vec3{}, .axis = {0, 0, 1}, .play_friction = 0.1}),
+      "play_friction without play");
+  CHECK_THROWS(builder.add_planar_joint("a", "b", {.axis = {0, 0, 1}, .play = 0.1}), "play is for revolute");
 }

@@ -1,5 +1,5 @@
 #include "amontons/collision/rays/ray.hpp"
-#include "amontons/collision/shapes/mass.hpp"
+#include "amontons/collision/shapes/shapes.hpp"
 #include "check.hpp"
 #include "collision_scenes.hpp"
 

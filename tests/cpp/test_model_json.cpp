@@ -4,21 +4,25 @@
 #include "amontons.hpp"
 #include "check.hpp"
 
-// Models as Python writes them. That every field arrives is tests/python/io/test_model_json.py.
+// Models as Python writes them, through the same function. That every field arrives is
+// tests/python/io/test_model_json.py.
 using namespace amontons;
 
 namespace {
 
 // A ball on the floor.
 const std::string good = R"({
-  "shapes": [{"kind": "Plane"}, {"kind": "Sphere", "radius": 0.1}, {"kind": "TriangleMesh"}],
+  "shapes": [{"kind": "Plane"}, {"kind": "Sphere", "radius": 0.1},
+             {"kind": "TriangleMesh", "vertices": "eJw=", "triangles": "eJw="}],
   "gravity": [0, 0, -1.6],
   "bodies": [{"name": "ball", "motion": "dynamic", "mass": 2, "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
               "pose": {"position": [0, 0, 0.5], "rotation": [1, 0, 0, 0]}}],
   "geoms": [{"name": "floor", "body": -1, "shape": 0, "mask": 4294967295},
             {"body": 0, "shape": 1, "material": {"friction": 0.3, "friction_across": null}}],
   "joints": [{"body_a": 0, "dofs": [{"kind": "slide", "name": "x", "upper": "Infinity", "lower": "-Infinity"}]}],
-  "keyframes": {"home": {}}, "sites": [], "sensors": [], "visuals": [], "unread": []
+  "keyframes": [{"name": "home", "positions": [[0, 0, 1]]}], "unread": [],
+  "sites": [{"name": "tip", "body": 0, "shape": 1}, {"name": "eye", "shape": null}],
+  "visuals": [{"body": 0, "shape": 2, "colour": [1, 0, 0, 1]}, {"body": -1, "shape": 2}]
 })";
 
 // The text with one part of it replaced.
@@ -31,7 +35,7 @@ std::string broken(const std::string& part, const std::string& by) {
 
 }  // namespace
 
-// Fails if a field goes elsewhere, an infinity is a number, or what C++ has no use for is an error.
+// Fails if a field goes elsewhere, an infinity is a number, or what no step reads is lost.
 TEST(model_from_json) {
   const ModelDescription d = read_model_json(good);
   CHECK(d.gravity == Vec3(0, 0, -1.6) && d.bodies.size() == 1 && d.geoms.size() == 2);
@@ -40,6 +44,9 @@ TEST(model_from_json) {
   CHECK(std::get<Sphere>(d.geoms[1].shape).radius == 0.1);
   CHECK(d.geoms[1].material.friction == 0.3 && d.geoms[1].material.friction_across < 0);
   CHECK(d.joints[0].dofs[0].upper == infinity && d.joints[0].dofs[0].lower == -infinity);
+  CHECK(d.joints[0].dofs[0].name == "x" && d.keyframes[0].positions[0] == Vec3(0, 0, 1));
+  CHECK(std::get<Sphere>(*d.sites[0].shape.shape).radius == 0.1 && !d.sites[1].shape.shape);
+  CHECK(d.visuals[0].shape.mesh->vertices == "eJw=" && d.visuals[0].shape.mesh == d.visuals[1].shape.mesh);
   const Model model(d);
   CHECK(model.body_index("ball") == 0);
 }
@@ -67,7 +74,7 @@ TEST(model_to_json) {
 TEST(json_that_is_broken) {
   const auto read = [](const std::string& text) { read_model_json(text, "m.json"); };
   CHECK_THROWS(read(""), "m.json: no JSON: parse error at line 1, column 1");
-  CHECK_THROWS(read(broken("[0, 0, -1.6]", "[0, 0, ]")), "m.json: no JSON: parse error at line 3, column 21");
+  CHECK_THROWS(read(broken("[0, 0, -1.6]", "[0, 0, ]")), "m.json: no JSON: parse error at line 4, column 21");
   CHECK_THROWS(read("[1]"), "m.json: no model: there is no list \"shapes\"");
   CHECK_THROWS(read(R"({"bodies": []})"), "amontons.write_model");
   CHECK_THROWS(read(broken("\"mass\": 2", "\"mass\": \"2\"")), "m.json: bodies[0].mass: give a number");
@@ -99,7 +106,7 @@ TEST(model_files_are_named) {
   std::ofstream(path) << broken("\"mass\": 2", "\"mass\": -2");
   CHECK_THROWS(Model::from_json(path), path + ": body \"ball\": the mass is -2");
   std::ofstream(path) << broken("\"mass\": 2", "\"mass\": ");
-  CHECK_THROWS(Model::from_json(path), path + ": no JSON: parse error at line 4");
+  CHECK_THROWS(Model::from_json(path), path + ": no JSON: parse error at line 5");
   std::ofstream(path) << good;
   CHECK(Model::from_json(path).total_mass() == 2);
   std::remove(path.c_str());

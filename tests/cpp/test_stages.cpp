@@ -16,6 +16,7 @@
 #include "multibody/step/move_on.hpp"
 #include "multibody/step/pose.hpp"
 #include "multibody/step/positions.hpp"
+#include "multibody/step/report_sums.hpp"
 #include "multibody/step/safe_step.hpp"
 
 using namespace amontons;
@@ -290,6 +291,33 @@ TEST(make_safe_stops_bodies_at_the_ground) {
   CHECK_NEAR(s.solved.after[0].linear.z, -allowed, 1e-9);
   CHECK_NEAR(s.normal_impulse(), 2 * (20 + g * h - allowed), 1e-8);
   CHECK(s.solved.solution.residual < 1);
+}
+
+// Breaks when the work of a large step grows as the square of its size, or that of a small one does not.
+TEST(most_work_grows_with_the_size) {
+  const auto more = [](std::size_t blocks) { return most_work(blocks) - most_work(0); };
+  CHECK(most_work(0) > 0);
+  CHECK_NEAR(more(20) / more(10), 4, 1e-12);
+  CHECK_NEAR(more(2'000'000) / more(1'000'000), 2, 1e-12);
+}
+
+// A step may have two parts. Breaks when the second part replaces what the first one found: errors are the
+// largest, energies add up, a status stays the worst one, and a path the least accurate one.
+TEST(add_part_keeps_the_worst_of_both) {
+  Stages s(box_at(-1e-4));
+  s.before_solve();
+  s.solve();
+  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  Report report;
+  add_part({{}, 0, 2e-3}, s.posed, s.solved, s.options.tolerance, s.sums, report);
+  CHECK(report.contacts == 4 && report.status == Status::converged && report.joint_rows == 0);
+  CHECK(report.residual == s.solved.solution.residual && report.solves == s.sums.solves);
+  const double work = report.energy_balance;
+  s.solved.path = StepPath::impulses_scaled;
+  add_part({{}, 0, 1e-3}, s.posed, s.solved, 0, s.sums, report);
+  CHECK(report.penetration == 2e-3 && report.path == StepPath::impulses_scaled);
+  CHECK(report.energy_balance == 2 * work);
+  CHECK(report.status == (report.residual > 0 ? Status::made_safe : Status::converged));
 }
 
 // Breaks when bodies move by other velocities than those after the impulses, or the next start is not stored.

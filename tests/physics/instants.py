@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import amontons
 import numpy as np
-from amontons import Material, ModelBuilder, Simulation, shapes
+from amontons import Material, ModelBuilder, Simulation, Transform, shapes
+from amontons.parts import Fluid, FluidBox
 
 G = 9.81
 
@@ -91,6 +93,32 @@ def swinging_arm(h: float, trees: str = "none") -> Simulation:
     return Simulation(b.build(), dt=h)
 
 
+def servo(h: float, trees: str = "none", law: str = "position") -> Simulation:
+    """Two rods that actuators of a law move from rest against gravity."""
+    b = ModelBuilder(trees=trees)
+    b.add_model(pendulum(h, trees, links=2).model)
+    gains = {"position": {"kp": 30, "kd": 4}, "velocity": {"kd": 10}}[law]
+    for joint in range(2):
+        b.add_actuator(joint=joint, law=law, control=1.5, **gains)
+    return Simulation(b.build(), dt=h)
+
+
+def drag(h: float, trees: str = "none") -> Simulation:
+    """Two rods that swing through a thick fluid."""
+    model = pendulum(h, trees, links=2).model
+    boxes = tuple(FluidBox(i, Transform(), (0.2, 0.2, 1)) for i in range(2))
+    return Simulation(replace(model, fluid=Fluid(density=20, viscosity=0.2), fluid_boxes=boxes), dt=h)
+
+
+def compliant(h: float, trees: str = "none", damping: float = 0.02) -> Simulation:
+    """A ball that is pressed into a compliant floor by 20 mm and moves there, without leaving it."""
+    soft = Material(friction=0, compliance=2e-3, relaxation_time=damping)
+    b = ModelBuilder(trees=trees)
+    b.add_geom(None, shapes.Plane(), material=soft)
+    b.add_body(shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.09), material=soft)
+    return Simulation(b.build(), dt=h)
+
+
 MOTIONS: dict[str, tuple[Callable[..., Simulation], float, float]] = {
     "pendulum": (pendulum, 1.0, 0.02),
     "double pendulum": (lambda h, trees="none": pendulum(h, trees, links=2), 1.0, 0.01),
@@ -99,8 +127,13 @@ MOTIONS: dict[str, tuple[Callable[..., Simulation], float, float]] = {
     "rolling ball": (rolling_ball, 1.0, 0.02),
     "spring with damper": (spring, 1.0, 0.02),
     "arm on a standing base": (swinging_arm, 1.0, 0.02),
+    "position servos": (servo, 0.6, 0.01),
+    "velocity servos": (lambda h, trees="none": servo(h, trees, "velocity"), 0.6, 0.01),
+    "drag of a fluid": (drag, 1.0, 0.01),
+    "compliant contact": (compliant, 0.2, 0.004),
 }
 """Scene, duration (s) and the longest of four steps (s), by name."""
+FIRST_ORDER = ("compliant contact",)
 
 
 def end_of(

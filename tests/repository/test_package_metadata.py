@@ -1,10 +1,12 @@
 """What an index of packages shows: the README with absolute links, addresses, and one version everywhere."""
 
 import re
+import shutil
 import tomllib
 
 import package_metadata
 import pytest
+import set_version
 
 
 # Breaks when a relative link or picture of the README leads nowhere on an index, or an absolute one
@@ -40,12 +42,38 @@ def test_address_is_optional_and_checked(root, monkeypatch):
         package_metadata.dynamic_metadata({}, {"version": "1.2.3"})
 
 
-# Breaks when the recipe or the citation has another version than the package, or another requirement.
+# Breaks when a file has another version than the package, the changelog no dated section of it or none of
+# what is unreleased, or the recipe another requirement.
 def test_one_version_everywhere(root):
+    assert set_version.faults(root) == []
     project = tomllib.loads((root / "pyproject.toml").read_text())
-    version = project["project"]["version"]
     recipe = (root / "recipe/recipe.yaml").read_text()
-    assert f'version: "{version}"' in recipe
-    assert f"\nversion: {version}\n" in (root / "CITATION.cff").read_text()
     needed = next(r for r in project["build-system"]["requires"] if r.startswith("scikit-build-core"))
     assert needed.replace("core>", "core >") in recipe
+
+
+# Breaks when a release leaves a file at the old version, loses a section of the changelog, or a file that
+# disagrees is not named.
+def test_version_is_set_everywhere(root, tmp_path):
+    for name in (*set_version.PLACES, "CHANGELOG.md"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(root / name, tmp_path / name)
+    set_version.write(tmp_path, "7.8.9", "2030-01-31")
+    assert set_version.faults(tmp_path) == []
+    text = (tmp_path / "CHANGELOG.md").read_text()
+    assert "## [Unreleased]\n\n## [7.8.9] - 2030-01-31\n" in text
+    assert f"## [{set_version.version_of(root)}]" in text
+    (tmp_path / "CITATION.cff").write_text("version: 1.0.0\n")
+    assert [fault.split(":")[0] for fault in set_version.faults(tmp_path)] == ["CITATION.cff", "CHANGELOG.md"]
+
+
+# Breaks when a classifier names a Python or a system on which no test passed.
+def test_classifiers_were_tested(root):
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    runs = [line for line in (root / "docs/wheels.md").read_text().splitlines() if "| passed |" in line]
+    for classifier in project["classifiers"]:
+        kind, _, value = classifier.rpartition(" :: ")
+        if kind == "Programming Language :: Python" and re.fullmatch(r"3\.\d+", value):
+            assert any(f"Python {value} " in run for run in runs), classifier
+        if kind.startswith("Operating System"):
+            assert any(value.lower() in run for run in runs), classifier

@@ -23,6 +23,7 @@ def test_pages_from_outside(root):
 
     pages = outside.pages(root)
     assert (root / "examples" / "door.py").read_text() in pages["source/examples/door.py.md"]
+    assert pages["source/examples/door.py.md"].startswith("---\nsearch:\n  exclude: true\n")
     assert "source/ARCHITECTURE.md" in pages
     assert "[door.py](door.py)" in pages["source/examples/index.md"]
     for uri in pages:
@@ -38,6 +39,16 @@ def test_docstring_becomes_a_list():
     assert docstrings.as_markdown(text) == (
         "Does it.\n\n- `dt`: a step (s), of time.\n- `law`, `method`: of it.\n\nRaises: never."
     )
+
+
+# Breaks when an example of a docstring runs into its text, or its lines become a list.
+def test_example_of_a_docstring_becomes_code():
+    pytest.importorskip("griffe")
+    import docstrings
+
+    text = "Does it.\n\ndt: a step (s).\n\n>>> f(1)\nx: 3\n\nRaises: never."
+    shown = "Does it.\n\n- `dt`: a step (s).\n\n```pycon\n>>> f(1)\nx: 3\n```\n\nRaises: never."
+    assert docstrings.as_markdown(text) == shown
 
 
 # Breaks when an equation is not shown, loses its number, or a slip in it goes unseen.

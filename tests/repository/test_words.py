@@ -26,6 +26,7 @@ def found(name, text):
         ("a.cpp", "// Cases:\n// - Of rows.\n// - What rows do.\n", [2, 3]),
         ("a.py", '"""What it does."""\nx = 1\n"""Of a row, N s."""\n', [1, 3]),
         ("a.py", "x = 1  # What it is.\n# Of rows.\n", [1, 2]),
+        ("a.py", 'option(help="Of rows. "\n  "What they are.", n=1)\n', [1, 1]),
         ("a.md", "# Title\n\nOf rows.\nWhat is open is none.\n\n| Of a | b |\n", [6, 3, 3]),
     ],
 )
@@ -38,6 +39,7 @@ def test_start(name, text, lines):
     ("name", "text"),
     [
         ("a.cpp", 'say("// Of rows");\n// Rows of what moves.\n// What is a row?\n// Often. Whatever.\n'),
+        ("a.py", '"""Rows.\n\n>>> f(1)\nOf 3\n"""\n'),
         ("a.py", 'f("Of rows")\nx = ["What rows"]\nof = """\nOf rows."""\n'),
         (
             "a.md",

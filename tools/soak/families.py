@@ -7,7 +7,7 @@ from importlib import import_module
 
 from .family import Family
 
-MODULES = ("soak.readers", "soak.misuse", "soak.odd_scenes", "soak.doors", "soak.pages")
+MODULES = ("soak.readers", "soak.misuse", "soak.odd_scenes", "soak.names_and_links", "soak.pages")
 
 
 def families(modules: Sequence[str] = MODULES) -> dict[str, Family]:

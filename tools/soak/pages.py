@@ -16,10 +16,10 @@ import amontons
 import numpy as np
 from amontons import scenes
 
-from .doors import name
 from .family import Case, Failure, Family, Measures
 from .mutate import raw
 from .mutate.raw import Rng, pick
+from .names_and_links import name
 
 ODD: list[Any] = [
     None, True, -1, 0, 2**63, 1e308, float("nan"), float("inf"), "", "x", "inf", "\x1b[2J", [], {}, [1, 2, 3],

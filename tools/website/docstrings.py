@@ -1,4 +1,4 @@
-"""The docstrings of this package for the site: lines `name: what it is` become a list.
+"""The docstrings of this package for the site: lines `name: what it is` become a list, examples code.
 
 An extension of griffe, which reads the sources; nothing is imported.
 """
@@ -11,6 +11,7 @@ import griffe
 # "dt: time step (s)", "position, orientation: of the frame", at the start of a line or behind a full stop.
 NAMES = r"[a-z_*]\w*(?:, [a-z_]\w*)*"
 ENTRY = re.compile(rf"({NAMES})((?: \([^)]*\))?): (?=\S)")
+EXAMPLE = re.compile(r"^>>> .*(?:\n.*\S.*)*", re.MULTILINE)
 NEXT = re.compile(rf"(?<=\.) (?={NAMES}: )")
 
 
@@ -26,7 +27,15 @@ def items(entry: str) -> list[str]:
 
 
 def as_markdown(text: str) -> str:
-    """The docstring with each entry, and the lines that belong to it, as an item of a list."""
+    """The docstring with its entries, over all their lines, as items of a list, and its examples as code."""
+    parts, end = [], 0
+    for example in EXAMPLE.finditer(text):
+        parts += [_listed(text[end : example.start()]), f"```pycon\n{example[0]}\n```"]
+        end = example.end()
+    return "\n\n".join(part for part in [*parts, _listed(text[end:])] if part)
+
+
+def _listed(text: str) -> str:
     lines: list[str] = []
     entry = ""
     for line in [*text.splitlines(), ""]:
@@ -42,7 +51,7 @@ def as_markdown(text: str) -> str:
             entry += " " + line.strip()
         else:
             lines.append(line)
-    return "\n".join(lines).rstrip()
+    return "\n".join(lines).strip("\n")
 
 
 class Docstrings(griffe.Extension):

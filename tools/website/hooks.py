@@ -2,7 +2,8 @@
 
 - Documents and sources outside docs/ that a page links to become pages (`outside`).
 - The reference of C++ is made from the public headers (`cpp_reference`).
-- Replays of the scenes (`tools/gallery.py --replays`) are taken in where they have been made.
+- Replays of the scenes (`tools/gallery.py --replays`) are taken in where they have been made. That
+  of the wall is at the head of the home page; without it a picture is there.
 - The playground (`make playground`) is taken in, and shown on its page, where it has been made.
 - Tutorials can be taken along as notebooks (`notebooks`).
 - Equations become MathML (`equations`).
@@ -26,6 +27,13 @@ PLAYGROUND = ROOT / "out" / "playground" / "index.html"
 PLAYED = """[Open it alone](playground/index.html){ .md-button }
 
 <iframe src="playground/index.html" title="The playground" loading="lazy" class="playground"></iframe>
+"""
+HERO = re.compile(r"<!-- hero: begin -->.*<!-- hero: end -->", re.DOTALL)
+SHOWN = """<iframe id="hero" src="replays/wall.html" data-plain="replays/wall.html"
+ data-forces="replays/wall-forces.html" title="A wrecking ball breaks through a wall"></iframe>
+
+<p class="hero"><label><input type="checkbox" id="forces"> Force network</label>
+<span>Drag to turn, wheel to zoom, bar to scrub; click a brick.</span></p>
 """
 log = logging.getLogger("mkdocs.plugins.amontons")
 # What a browser fetches by itself when it opens a page: all but links that one follows.
@@ -57,11 +65,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    replays = {Path(file.src_uri).stem: file.src_uri for file in files if file.src_uri.startswith("replays/")}
     if page.file.src_uri == "gallery.md":
-        for replay in files:
-            if replay.src_uri.startswith("replays/"):
-                scene = f"**{Path(replay.src_uri).stem}**"
-                markdown = markdown.replace(scene, f"{scene} · [replay]({replay.src_uri})")
+        for name, uri in replays.items():
+            markdown = markdown.replace(f"**{name}**", f"**{name}** · [replay]({uri})")
+            picture = f"![{name}](figures/gallery/{name}.png)"
+            markdown = markdown.replace(picture, f"[{picture}]({uri})")
+    if page.file.src_uri == "index.md" and {"wall", "wall-forces"} <= set(replays):
+        markdown = HERO.sub(SHOWN, markdown)
     if page.file.src_uri == "playground.md" and PLAYGROUND.exists():
         markdown = markdown.replace("<!-- the page -->", PLAYED)
     notebook = Path(page.file.src_uri).with_suffix(".ipynb")

@@ -13,13 +13,27 @@ ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```python[^\S\n]*\n(.*?)^```[^\S\n]*\n?", re.MULTILINE | re.DOTALL)
 # Links between pages lead nowhere from a notebook; their words stay.
 RELATIVE = re.compile(r"(?<!!)\[([^\]]*)\]\((?![a-z]+:)[^)]*\)")
-FOLDER = """\
-import os
-from pathlib import Path
+# What a page calls -> the module that it needs, the extra that installs it.
+NEEDS = {
+    "load_model(": ("mujoco", "models"),
+    "sweep(": ("loky", "studies"),
+    "matplotlib": ("matplotlib", "cli"),
+}
+CHECK = """\
+from importlib.util import find_spec
 
-# The folder of the repository: the tutorials name files in examples/.
-os.chdir(next(p for p in (Path.cwd(), *Path.cwd().parents) if (p / "examples" / "models").exists()))
+needed = {needed}
+if not all(map(find_spec, needed)):
+    raise ImportError('{remedy}')
 """
+
+
+def check(text: str) -> str:
+    """The first cell of a notebook: it says what is missing."""
+    code = "".join(BLOCK.findall(text))
+    needs = dict(need for call, need in NEEDS.items() if call in code)
+    extras = f"[{','.join(needs.values())}]" if needs else ""
+    return CHECK.format(needed=["amontons", *needs], remedy=f'pip install "amontons{extras}"')
 
 
 def pages(root: Path = ROOT) -> list[Path]:
@@ -42,7 +56,7 @@ def notebook(text: str) -> dict[str, object]:
         parts += [("markdown", RELATIVE.sub(r"\1", text[end : block.start()])), ("code", block.group(1))]
         end = block.end()
     parts.append(("markdown", RELATIVE.sub(r"\1", text[end:])))
-    parts.insert(1, ("code", FOLDER))
+    parts.insert(1, ("code", check(text)))
     cells = [cell(kind, body, k) for k, (kind, body) in enumerate(parts) if body.strip()]
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     return {"cells": cells, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}

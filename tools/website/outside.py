@@ -12,6 +12,8 @@ from pathlib import Path
 
 LANGUAGES = {".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".xml": "xml", ".urdf": "xml", ".toml": "toml"}
 LINK = re.compile(r"(?P<before>!?\[[^\]]*\]\(\s*<?)(?P<target>[^)\s>#]+)(?P<after>[^)]*\))")
+# At the head of a source, which would hide pages in the results of a search.
+UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n\n"
 # Fenced blocks and code in a line, where what looks like a link is none.
 CODE = re.compile(r"^(```+|~~~+).*?^\1\s*$|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 URL = re.compile(r"[a-z][a-z0-9+.-]*:|/")
@@ -79,7 +81,7 @@ def text_of(file: Path, name: str) -> str:
     if file.suffix == ".md":
         return file.read_text()
     language = LANGUAGES.get(file.suffix, "text")
-    return f"# {name}\n\n````{language}\n{file.read_text()}````\n"
+    return f"{UNSEARCHED}# {name}\n\n````{language}\n{file.read_text()}````\n"
 
 
 def pages(root: Path) -> dict[str, str]:

@@ -22,10 +22,10 @@ from rich.table import Table
 from rich.text import Text
 
 from ..errors import InputError, SimulationError
+from ..escapes import visible
 from ..io import read_problem
 from ..problem.problem import Problem
 from ..ranges import MOST_COUNT
-from ..visible import visible
 from . import completion
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2

@@ -11,9 +11,9 @@ import typer
 from ..errors import FileError, InputError
 from ..io import HDF5, SUFFIXES
 from ..io.files import writable
-from ..report.touch import touched
-from ..simulation.outcome import Report
+from ..report.first_contact import touched
 from ..simulation.simulation import Simulation
+from ..simulation.step_report import Report
 from .common import (
     NOT_CONVERGED,
     AsJson,
@@ -109,8 +109,8 @@ def export(
     *,
     view: Any,
 ) -> None:
-    """Simulate up to a step and write its problem, with the solution found, for `compare` and other solvers;
-    or turn a recording into a page, pictures, movies, a scene of USD or a table.
+    """Simulate up to a step and write its problem with the solution; or turn a recording into a page,
+    pictures, movies, a scene of USD or a table.
 
     Steps count from where the simulation begins: a saved one at the step that it was saved after.
 

@@ -20,9 +20,9 @@ from ..io import record as record_to
 from ..io.files import writable
 from ..io.recordings.recorder import Recorder
 from ..simulation.loads import Loads
-from ..simulation.outcome import Report, reports_array
 from ..simulation.signals import Signals
 from ..simulation.simulation import Simulation
+from ..simulation.step_report import Report, reports_array
 from .common import (
     NOT_CONVERGED,
     AsJson,

@@ -15,7 +15,11 @@ from ..errors import InputError
 
 @dataclass(frozen=True)
 class Device:
-    """A device that `device=` may name."""
+    """A device that `device=` may name.
+
+    >>> for device in devices():
+    ...     name = device.name  # "cuda:0", "opencl:0": a name for Simulation(device=)
+    """
 
     name: str
     """what `device=` takes: "opencl:0", "cuda:1" """

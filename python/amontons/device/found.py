@@ -24,6 +24,8 @@ def devices() -> tuple[Device, ...]:
 
     Empty where neither CuPy nor pyopencl is installed or no driver is. A device without double precision is
     listed and cannot be used. Importing the packages and asking the drivers takes a second the first time.
+
+    >>> names = [device.name for device in devices()]
     """
     found: list[Device] = []
     for module in BACKENDS.values():

@@ -24,6 +24,10 @@ class Environment(gymnasium.Env[Array, Array]):
     render_mode: None, "rgb_array", or "human", which shows the world on the page of `amontons.view` in real
         time: `viewer.url` says where, and a desktop opens it. Dragging a body there acts on the world.
     Raises InputError for another render_mode, and where the viewer is not installed.
+
+    >>> world = gym.Environment(gym.CartPole())
+    >>> seen, info = world.reset(seed=1)
+    >>> seen, reward, terminated, truncated, info = world.step(world.action_space.sample())
     """
 
     metadata: ClassVar = {"render_modes": list(RENDER_MODES), "render_fps": 50}

@@ -94,7 +94,11 @@ class Locomotion(Task):
 
 @dataclass(kw_only=True)
 class HalfCheetah(Locomotion):
-    """Two legs of three links on a back, in a vertical plane; it cannot fail."""
+    """Two legs of three links on a back, in a vertical plane; it cannot fail.
+
+    >>> gym.Environment(gym.HalfCheetah()).action_space.shape
+    (6,)
+    """
 
     file = "half_cheetah.xml"
     dt, repeat = 0.01, 5
@@ -147,7 +151,11 @@ class PlanarWalker(Mortal):
 
 @dataclass(kw_only=True)
 class Hopper(PlanarWalker):
-    """One leg of three links, in a vertical plane."""
+    """One leg of three links, in a vertical plane.
+
+    >>> gym.Environment(gym.Hopper()).action_space.shape
+    (3,)
+    """
 
     healthy_state_range: Range = (-100.0, 100.0)
     """of each entry of q and qd after x and z"""
@@ -163,7 +171,11 @@ class Hopper(PlanarWalker):
 
 @dataclass(kw_only=True)
 class Walker2d(PlanarWalker):
-    """Two legs of three links, in a vertical plane."""
+    """Two legs of three links, in a vertical plane.
+
+    >>> gym.Environment(gym.Walker2d()).action_space.shape
+    (6,)
+    """
 
     file = "walker2d_v5.xml"
 
@@ -187,7 +199,11 @@ class SpatialLocomotion(Mortal):
 
 @dataclass(kw_only=True)
 class Ant(SpatialLocomotion):
-    """Four legs of two links under a ball."""
+    """Four legs of two links under a ball.
+
+    >>> gym.Environment(gym.Ant()).action_space.shape
+    (8,)
+    """
 
     ctrl_cost_weight: float = 0.5
     contact_force_range: Range = (-1.0, 1.0)
@@ -218,7 +234,11 @@ class Ant(SpatialLocomotion):
 
 @dataclass(kw_only=True)
 class Humanoid(SpatialLocomotion):
-    """Two legs, two arms, a waist: 17 motors."""
+    """Two legs, two arms, a waist: 17 motors.
+
+    >>> gym.Environment(gym.Humanoid()).action_space.shape
+    (17,)
+    """
 
     forward_reward_weight: float = 1.25
     healthy_reward: float = 5.0

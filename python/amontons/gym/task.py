@@ -25,7 +25,13 @@ MODELS = Path(__file__).parent / "models"
 
 @dataclass(frozen=True)
 class Moment:
-    """Worlds at one instant, one per row of every array."""
+    """Worlds at one instant, one per row of every array.
+
+    >>> zeros = np.zeros((3, 2))  # of three worlds
+    >>> now = gym.Moment(q=zeros, qd=zeros, action=zeros[:, :1], goal=zeros[:, :0], time=zeros[:, 0])
+    >>> now.rows([0, 2]).q.shape
+    (2, 2)
+    """
 
     q: Array
     """(worlds, nq), as `Simulation.q`"""
@@ -48,7 +54,12 @@ class Moment:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The reward of a step of the environment, one entry per world."""
+    """The reward of a step of the environment, one entry per world.
+
+    >>> outcome = gym.Outcome(np.ones(3), np.zeros(3, bool), {})
+    >>> float(outcome.reward.sum())
+    3.0
+    """
 
     reward: Array
     terminated: Array
@@ -58,7 +69,13 @@ class Outcome:
 
 
 class Task(ABC):
-    """A model, and what to do with it."""
+    """A model, and what to do with it.
+
+    >>> class Slow(gym.CartPole):
+    ...     repeat = 8  # steps per action
+    >>> round(Slow().interval, 9)
+    0.04
+    """
 
     file: ClassVar[str]
     """of the model, in `folder`"""

@@ -19,7 +19,11 @@ def cosines(angles: Array) -> tuple[Array, Array]:
 
 
 class CartPole(Task):
-    """Keep a pole upright on a cart that one motor pushes: 1 for every step that it stands."""
+    """Keep a pole upright on a cart that one motor pushes: 1 for every step that it stands.
+
+    >>> gym.Environment(gym.CartPole()).action_space.shape
+    (1,)
+    """
 
     file = "cartpole.xml"
 
@@ -59,7 +63,11 @@ class Runner(Task):
 
 
 class Quadruped(Runner):
-    """Four legs with two motors each and a free body; it is up while the body is off the ground."""
+    """Four legs with two motors each and a free body; it is up while the body is off the ground.
+
+    >>> gym.Environment(gym.Quadruped()).action_space.shape
+    (8,)
+    """
 
     file = "ant.xml"
     cost = 0.05
@@ -70,7 +78,11 @@ class Quadruped(Runner):
 
 
 class Walker(Runner):
-    """Two legs with feet in a vertical plane, six motors; up is hips high and body upright."""
+    """Two legs with feet in a vertical plane, six motors; up is hips high and body upright.
+
+    >>> gym.Environment(gym.Walker()).action_space.shape
+    (6,)
+    """
 
     file = "walker.xml"
     cost = 0.01
@@ -81,7 +93,11 @@ class Walker(Runner):
 
 
 class Pusher(Task):
-    """An arm with three motors pushes a puck over a table to a goal: less the distances to puck and goal."""
+    """An arm with three motors pushes a puck over a table to a goal: less the distances to puck and goal.
+
+    >>> gym.Environment(gym.Pusher()).action_space.shape
+    (3,)
+    """
 
     file = "pusher.xml"
     lengths: ClassVar = (0.3, 0.25, 0.12)

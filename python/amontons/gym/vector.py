@@ -29,6 +29,11 @@ class VectorEnvironment(gymnasium.vector.VectorEnv[Array, Array, Array]):
         of the next episode; info["final_obs"] and info["final_info"] hold the last observation and info, as
         in Gymnasium.
     render_mode: None; InputError otherwise, because a page or a picture shows one world.
+
+    >>> worlds = gym.VectorEnvironment(gym.CartPole(), 8)
+    >>> seen, info = worlds.reset(seed=1)
+    >>> len(seen)
+    8
     """
 
     metadata: ClassVar = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}

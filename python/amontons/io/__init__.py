@@ -4,7 +4,7 @@
 """
 
 from ..problem.problem import write_file
-from ..simulation.simulation import load_file, save_file
+from ..simulation.saving import load_file, save_file
 from .fmu import write_fmu as write_fmu
 from .models import Lost as Lost
 from .models import load_model as load_model

@@ -19,7 +19,7 @@ from secrets import token_hex
 
 from ..checks import shown
 from ..errors import FileError
-from ..visible import visible
+from ..escapes import visible
 from . import system
 
 LONGEST_PATH = 4096

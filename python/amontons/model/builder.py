@@ -7,13 +7,14 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
+from .. import _core
 from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
 from ..errors import InputError
 from ..guidance import guided
 from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
-from .mass import NOTHING, MassProperties
+from .mass import MassProperties
 from .model import FRICTION_RULES, TREES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
@@ -28,6 +29,7 @@ from .parts import (
     Material,
     Motor,
     PairMaterial,
+    inertia_matrix,
 )
 from .presets import Unread
 from .sensing import Sensor, Site
@@ -51,6 +53,13 @@ class ModelBuilder(PartBuilder):
     All of them are named by the index that their add_* function returns or by their name; None
     or "world" is the world. Raises InputError naming the thing and the remedy; a call that fails adds
     nothing.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_floor()
+    >>> ball = builder.add_body("ball", shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.1))
+    >>> model = builder.build()
+    >>> model.body_names
+    ('ball',)
     """
 
     def __init__(
@@ -115,6 +124,11 @@ class ModelBuilder(PartBuilder):
         motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
         linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
         gravity_scale: its weight over mass times gravity: 0 floats.
+
+        >>> builder = ModelBuilder()
+        >>> crate = builder.add_body("crate", shape=shapes.Box((0.2, 0.2, 0.1)), density=500)
+        >>> round(builder.build().bodies[crate].mass, 6)  # 500 kg/m^3 of 0.4 x 0.4 x 0.2 m
+        16.0
         """
         name = self._new_name("body", name)
         who = f'body "{name}"'
@@ -176,6 +190,11 @@ class ModelBuilder(PartBuilder):
         other.
         density: adds the mass of this shape to the body (kg/m^3); without it the geom has no mass.
         friction_direction: in body axes, along which `material.friction` is; friction_across needs it.
+
+        >>> builder = ModelBuilder()
+        >>> ground = builder.add_geom(None, shapes.Plane(), material=Material(friction=0.3))
+        >>> builder.build().geoms[ground].material.friction
+        0.3
         """
         index, inner, link = self._place(body)
         name = self._new_name("geom", name)
@@ -238,6 +257,12 @@ class ModelBuilder(PartBuilder):
 
         position, orientation: in the body frame (m; unit quaternion w, x, y, z).
         `Simulation.kinematics.sites` tells where it is and how it moves.
+
+        >>> builder = ModelBuilder()
+        >>> arm = builder.add_body("arm", shape=shapes.Capsule(0.02, 0.3), mass=1)
+        >>> tip = builder.add_site(arm, position=(0, 0, 0.3), name="tip")
+        >>> print(Simulation(builder.build()).kinematics.site("tip")["position"])
+        [0.  0.  0.3]
         """
         name = self._new_name("site", name)
         index, inner, _ = self._place(body)
@@ -423,6 +448,11 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 
     Gravity and friction rule stay those of the model, indices and names too; its keyframes move with it.
     material: of the plane. Raises InputError if nothing in the model can touch it.
+
+    >>> builder = ModelBuilder()
+    >>> ball = builder.add_body("ball", shape=shapes.Sphere(0.5), mass=1, position=(0, 0, 3))
+    >>> on_floor(builder.build()).bodies[ball].pose.position
+    (0.0, 0.0, 0.5)
     """
     if not isinstance(model, Model):
         raise no_model("on_floor: model", model)
@@ -440,33 +470,19 @@ def on_floor(model: Model, *, material: Material | None = None) -> Model:
 def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
-    """Mass properties from the arguments of add_body, zero by default; `Body` checks inertia and centre."""
-    _require_one_source(who, shape, density, mass, inertia)
+    """Mass properties from the arguments of add_body, zero by default."""
     density = None if density is None else positive(f"{who}: density", density)
     mass = None if mass is None else positive(f"{who}: mass", mass)
-    solid = NOTHING
-    if shape is not None and (density is not None or (mass is not None and inertia is None)):
-        unit = shape.mass_properties()
-        solid = unit.scaled(density if density is not None else mass / unit.mass)
-    if mass is not None:
-        solid = replace(solid, mass=mass)  # the mass that was given, to the last bit
-    if inertia is not None:
-        solid = replace(solid, inertia=inertia)
-        if shape is not None and mass is not None and not shape.static_only:
-            solid = replace(solid, centre_of_mass=shape.mass_properties().centre_of_mass)
-    return solid if centre is None else replace(solid, centre_of_mass=centre)
-
-
-def _require_one_source(who: str, shape: Shape | None, density: Any, mass: Any, inertia: Any) -> None:
-    """Mass and inertia are given by a shape and one number, or by both numbers."""
-    if density is not None and mass is not None:
-        raise InputError(f"{who}: density and mass are both given; keep one of them")
-    if density is not None and shape is None:
-        raise InputError(f"{who}: density is given without a shape; give mass= and inertia=, or a shape")
-    if mass is not None and inertia is None and shape is None:
-        raise InputError(f"{who}: mass is given without a shape or inertia; give inertia= about the centre")
-    if inertia is not None and mass is None and density is None:
-        raise InputError(f"{who}: inertia is given without mass; give both")
+    return MassProperties.of(
+        _core.solid_of(
+            who,
+            None if shape is None else shape.core,
+            density or 0.0,
+            mass or 0.0,
+            None if inertia is None else inertia_matrix(f"{who}: inertia", inertia),
+            None if centre is None else vector3(f"{who}: centre_of_mass", centre),
+        )
+    )
 
 
 def _or_default(material: Material | None) -> Material:

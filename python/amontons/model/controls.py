@@ -44,12 +44,6 @@ def control_limits_of(
     return tuple(limits)
 
 
-def motor_control(core: _core.Model, joint: int, dof: int | None) -> int | None:
-    """The control of a joint's motor; None if it has none, or several and dof says not which."""
-    found = [k for k, (a, j, d) in enumerate(core.controls) if a < 0 and j == joint and dof in (None, d)]
-    return found[0] if len(found) == 1 else None
-
-
 def no_control(
     key: str, core: _core.Model, actuators: Sequence[Actuator], joints: Sequence[Joint], names: Sequence[str]
 ) -> InputError | None:

@@ -9,19 +9,21 @@ from dataclasses import dataclass
 from .. import _core
 from ..checks import Vector3, chosen, entries, flag, named, sequence, shown, vector3
 from ..errors import InputError
-from .parts import WORLD, fill, numbers
+from .parts import WORLD, fill, numbers, words
 from .transforms import ORIGIN, Transform
 
-PATHS = {name: getattr(_core.PathKind, name) for name in ("point", "sphere", "cylinder", "pulley")}
-TRANSMISSIONS = {
-    name: getattr(_core.TransmissionKind, name) for name in ("dof", "tendon", "wrench", "slider_crank")
-}
-ACTIVATIONS = {name: getattr(_core.ActivationKind, name) for name in ("none", "integrator", "filter")}
+PATHS = words(_core.PathKind)
+TRANSMISSIONS = words(_core.TransmissionKind)
+ACTIVATIONS = words(_core.ActivationKind)
 
 
 @dataclass(frozen=True)
 class TendonTerm:
-    """One joint coordinate in a fixed tendon."""
+    """One joint coordinate in a fixed tendon.
+
+    >>> parts.TendonTerm(joint=0, coefficient=0.5).coefficient
+    0.5
+    """
 
     joint: int | str
     """a name only in `ModelBuilder.add_tendon`"""
@@ -34,7 +36,11 @@ class TendonTerm:
 
 @dataclass(frozen=True)
 class PathElement:
-    """One element of the path of a spatial tendon: a point, an obstacle to wrap around, or a pulley."""
+    """One element of the path of a spatial tendon: a point, an obstacle to wrap around, or a pulley.
+
+    >>> parts.PathElement("point", body=0, frame=Transform((0, 0, 0.1))).kind
+    'point'
+    """
 
     kind: str = "point"
     """point (the tendon passes through the origin of the frame) | sphere, cylinder (an obstacle that it goes
@@ -71,6 +77,11 @@ class Tendon:
 
     Fixed: the linear combination `terms` of joint coordinates, in their unit. Spatial: the length of `path`
     (m). Efforts along it are positive where they lengthen it.
+
+    >>> points = [parts.PathElement("point", body) for body in (-1, 0)]  # from the world to body 0
+    >>> rope = parts.Tendon("rope", path=points, upper=1.0)
+    >>> rope.upper
+    1.0
     """
 
     name: str = ""
@@ -112,6 +123,9 @@ class Tendon:
 class Transmission:
     """The transmission of an actuator: a length l (m or rad). A unit effort does a unit of work per unit of
     l.
+
+    >>> load_model(examples.path("gripper.xml")).actuators[0].transmission.kind
+    'dof'
     """
 
     kind: str = "dof"
@@ -152,6 +166,10 @@ class Actuator:
     effort = clip((g0 + g1 l + g2 l') w + b0 + b1 l + b2 l', force limits) with gain g, bias b, the length l
     and rate l' of the transmission, and w the control, clipped to its limits, or the activation. Terms that
     oppose the motion act within the step, like a motor. The others use the values at its start.
+
+    >>> model = load_model(examples.path("gripper.xml"))
+    >>> [actuator.name for actuator in model.actuators]
+    ['lift', 'left', 'right']
     """
 
     name: str = ""

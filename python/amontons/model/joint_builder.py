@@ -1,34 +1,38 @@
-"""The joints of ModelBuilder, all in terms of the two general kinds of `Joint`."""
+"""The joints of ModelBuilder. The builder of the compiled module places their frames."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Unpack
 
-from .. import checks
-from ..checks import Numbers, Quaternion, about, changed, number, shown, unit_vector
+from .. import _core, checks
+from ..checks import Numbers, about, changed, number, shown, unit_vector
 from ..errors import InputError
 from ..guidance import guided
+from .compiled import Parts, to_core
 from .joint_options import (
     BallOptions,
     DofOptions,
     DofsOptions,
     JointOptions,
     Limits,
-    ball_fields,
+    ball_dof,
     bounds,
     dofs_of,
     joint_fields,
     require_options,
 )
-from .parts import OWN, WORLD, Body, Dof, Joint
-from .transforms import ORIGIN, Transform, conjugate, cross, dot, rotate, rotation_to_z, subtract
+from .parts import OWN, WORLD, Body, Joint
+from .transforms import ORIGIN, Transform
 
 Place = tuple[int, Transform, int]
 """A body, and the frame and index of one of its links; ORIGIN and OWN of the body itself."""
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+PLAY = ("play", "play_length", "journal_radius", "play_friction")
+AXES = {"normal": "axis", "axis_1": "axis"}
+"""Other names of what is the axis of the compiled builder."""
 
 
 @guided
@@ -59,9 +63,14 @@ class JointBuilder(ABC):
 
         stiffness, damping: towards the initial relative orientation (N m/rad, N m s/rad). friction: N m.
         limit: the largest angle of rotation (rad).
+
+        >>> builder = ModelBuilder()
+        >>> bob = builder.add_body("bob", shape=shapes.Sphere(0.05), mass=1, position=(0, 0, -1))
+        >>> joint = builder.add_ball_joint(bob, point=(0, 0, 0))
+        >>> builder.build().joints[joint].name
+        'joint0'
         """
-        name = self._checked("add_ball_joint", options, BallOptions)
-        return self._add_framed(name, a, b, options, point, spherical=True, **ball_fields(options))
+        return self._add("ball", a, b, options, BallOptions, point=point)
 
     def add_revolute_joint(
         self,
@@ -80,15 +89,16 @@ class JointBuilder(ABC):
         play: radial clearance (m) of a journal on A in a bearing on B, both about the axis. Coordinates 0 and
         1 are then the place of the journal in its bearing (m), 2 is the angle, which has the options.
         journal_radius: m. play_friction: mu between both.
+
+        >>> builder = ModelBuilder()
+        >>> bar = builder.add_body("bar", shape=shapes.Capsule(0.02, 0.5), mass=1, position=(0, 0, -0.5))
+        >>> axis = {"point": (0, 0, 0), "axis": (0, 1, 0)}
+        >>> hinge = builder.add_revolute_joint(bar, **axis, limits=(-1, 1), name="hinge")
+        >>> Simulation(builder.build(), dt=5e-3).kinematics.coordinate("hinge")
+        0.0
         """
-        name = self._checked("add_revolute_joint", options, DofOptions)
-        fields = _play(name, play, journal_radius=journal_radius, play_friction=play_friction)
-        if fields:
-            hinge = dofs_of(name, [("hinge", Z)], options)
-            dofs = (Dof("slide", X), Dof("slide", Y), *hinge)
-            return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs, **fields)
-        dofs = dofs_of(name, [("hinge", Z)], options)
-        return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs)
+        play_fields = {"play": play, "journal_radius": journal_radius, "play_friction": play_friction}
+        return self._add("revolute", a, b, options, DofOptions, point=point, axis=axis, **play_fields)
 
     def add_prismatic_joint(
         self,
@@ -110,18 +120,9 @@ class JointBuilder(ABC):
         Coordinate 0 is then the displacement, with the options, 1 that across (m), 2 the tilt (rad).
         play_friction: mu between slider and guide.
         """
-        name = self._checked("add_prismatic_joint", options, DofOptions)
-        fields = _play(name, play, play_length=play_length, play_friction=play_friction)
-        if fields:
-            slide = dofs_of(name, [("slide", X)], options)
-            if play_normal is None or not play_length:
-                raise InputError(f'joint "{name}": play needs play_length > 0 and play_normal')
-            along = unit_vector(f'joint "{name}": axis', axis)
-            rotation = _frame(along, unit_vector(f'joint "{name}": play_normal', play_normal), name)
-            dofs = (*slide, Dof("slide", Y), Dof("hinge", Z))
-            return self._add_framed(name, a, b, options, point, rotation, dofs, **fields)
-        dofs = dofs_of(name, [("slide", Z)], options)
-        return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs)
+        play_fields = {"play": play, "play_length": play_length, "play_friction": play_friction}
+        given = {"point": point, "axis": axis, "play_normal": play_normal, **play_fields}
+        return self._add("prismatic", a, b, options, DofOptions, **given)
 
     def add_cylindrical_joint(
         self,
@@ -133,9 +134,7 @@ class JointBuilder(ABC):
         **options: Unpack[DofsOptions],
     ) -> int:
         """A moves along the axis (degree of freedom 0, m) and turns about it (1, rad)."""
-        name = self._checked("add_cylindrical_joint", options, DofsOptions)
-        dofs = dofs_of(name, [("slide", Z), ("hinge", Z)], options)
-        return self._add_framed(name, a, b, options, point, _along(name, "axis", axis), dofs)
+        return self._add("cylindrical", a, b, options, DofsOptions, point=point, axis=axis)
 
     def add_universal_joint(
         self,
@@ -151,16 +150,8 @@ class JointBuilder(ABC):
 
         The axes need not be perpendicular, but they must not be parallel.
         """
-        name = self._checked("add_universal_joint", options, DofsOptions)
-        first = unit_vector(f'joint "{name}": axis_1', axis_1)
-        second = unit_vector(f'joint "{name}": axis_2', axis_2)
-        across = cross(first, second)
-        if dot(across, across) < 1e-6:
-            raise InputError(f'joint "{name}": axis_1 and axis_2 are parallel; give two directions')
-        rotation = rotation_to_z(first)
-        in_frame = rotate(conjugate(rotation), second)
-        dofs = dofs_of(name, [("hinge", Z), ("hinge", in_frame)], options)
-        return self._add_framed(name, a, b, options, point, rotation, dofs)
+        axes = {"axis_1": axis_1, "axis_2": axis_2}
+        return self._add("universal", a, b, options, DofsOptions, point=point, **axes)
 
     def add_planar_joint(
         self,
@@ -175,9 +166,7 @@ class JointBuilder(ABC):
 
         point: of A, by default the origin of A. The slides complete the normal to a right-handed frame.
         """
-        name = self._checked("add_planar_joint", options, DofsOptions)
-        dofs = dofs_of(name, [("slide", X), ("slide", Y), ("hinge", Z)], options)
-        return self._add_framed(name, a, b, options, point, _along(name, "normal", normal), dofs)
+        return self._add("planar", a, b, options, DofsOptions, point=point, normal=normal)
 
     def add_fixed_joint(
         self,
@@ -188,8 +177,7 @@ class JointBuilder(ABC):
         **options: Unpack[JointOptions],
     ) -> int:
         """A weld. point: where reactions are reported, by default the origin of A."""
-        name = self._checked("add_fixed_joint", options, JointOptions)
-        return self._add_framed(name, a, b, options, point)
+        return self._add("fixed", a, b, options, JointOptions, point=point)
 
     def add_point_on_line_joint(
         self,
@@ -201,10 +189,7 @@ class JointBuilder(ABC):
         **options: Unpack[DofOptions],
     ) -> int:
         """A point of A stays on a line of B through its initial place; A turns freely about the point."""
-        name = self._checked("add_point_on_line_joint", options, DofOptions)
-        dofs = dofs_of(name, [("slide", Z)], options)
-        rotation = _along(name, "axis", axis)
-        return self._add_framed(name, a, b, options, point, rotation, dofs, spherical=True)
+        return self._add("point_on_line", a, b, options, DofOptions, point=point, axis=axis)
 
     def add_distance_joint(
         self,
@@ -223,31 +208,19 @@ class JointBuilder(ABC):
         """
         name = self._checked("add_distance_joint", options, JointOptions)
         who = f'joint "{name}"'
-        at_a, at_b = checks.point(f"{who}: point_a", point_a), checks.point(f"{who}: point_b", point_b)
+        points = checks.point(f"{who}: point_a", point_a), checks.point(f"{who}: point_b", point_b)
         if limits is not None and length is not None:
             raise InputError(f"{who}: length and limits are both given; keep one of them")
-        if limits is None:
-            length = math.dist(at_a, at_b) if length is None else number(f"{who}: length", length)
-            if not length > 0:
-                raise InputError(f"{who}: the length is {length:g}; it must be positive, or use a ball joint")
-            limits = (length, length)
         with about(who):
-            shortest, longest = bounds(limits)
-        (index_a, _, link_a), (index_b, _, link_b) = self._ends(who, a, b)
-        joint = Joint(
-            name,
-            "distance",
-            index_a,
-            index_b,
-            self._local(index_a, Transform(at_a)),
-            self._local(index_b, Transform(at_b)),
-            link_a=link_a,
-            link_b=link_b,
-            lower_distance=0.0 if shortest == -math.inf else shortest,
-            upper_distance=longest,
-            **joint_fields(options),
-        )
-        return self._append("joint", self._joints, joint)
+            lower, upper = (None, None) if limits is None else bounds(limits)
+        if length is not None:
+            length = number(f"{who}: length", length)
+        if lower is not None:
+            lower = 0.0 if lower == -math.inf else number(f"{who}: shortest", lower)
+            upper = number(f"{who}: longest", upper, infinite=True)
+        ends, links = self._ends(who, a, b)
+        core = _core.rod_between(name, *ends, *points, length, lower, upper)
+        return self._joined(core, links, **joint_fields(options))
 
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, also of links, its frames are in them."""
@@ -256,7 +229,7 @@ class JointBuilder(ABC):
         name = self._new_name("joint", joint.name or None)
         moved: dict[str, Any] = {}
         for end, (body, inner, link) in zip(
-            "ab", self._ends(f'joint "{name}"', joint.body_a, joint.body_b), strict=True
+            "ab", self._both(f'joint "{name}"', joint.body_a, joint.body_b), strict=True
         ):
             moved[f"body_{end}"] = body
             if link != OWN:
@@ -268,54 +241,51 @@ class JointBuilder(ABC):
         require_options(function, options, kind)
         return self._new_name("joint", options.get("name"))
 
-    def _add_framed(
+    def _add(
         self,
-        name: str,
+        kind: str,
         a: int | str,
         b: int | str | None,
         options: Mapping[str, Any],
-        point: Numbers | None,
-        rotation: Quaternion | None = None,
-        dofs: tuple[Dof, ...] = (),
-        **spherical_fields: Any,
+        known: Any,
+        **given: Any,
     ) -> int:
-        """Adds a joint whose frames meet at `point` of the world, turned by `rotation`, B's if None."""
+        """Adds a joint of a kind of the compiled builder, with points, axes and play in `given`."""
+        name = self._checked(f"add_{kind}_joint", options, known)
         who = f'joint "{name}"'
-        (index_a, inner_a, link_a), (index_b, inner_b, link_b) = self._ends(who, a, b)
-        pose_a = self._bodies[index_a].pose
-        frame_a = pose_a if link_a == OWN else pose_a @ inner_a
-        origin = frame_a.position if point is None else checks.point(f"{who}: point", point)
-        if rotation is None:
-            pose_b = ORIGIN if index_b == WORLD else self._bodies[index_b].pose
-            rotation = (pose_b if link_b == OWN else pose_b @ inner_b).rotation
-        frame = Transform(origin, rotation)
-        joint = Joint(
-            name=name,
-            body_a=index_a,
-            body_b=index_b,
-            frame_a=self._local(index_a, frame),
-            frame_b=self._local(index_b, frame),
-            link_a=link_a,
-            link_b=link_b,
-            dofs=dofs,
-            **joint_fields(options),
-            **spherical_fields,
-        )
+        new = _core.NewJoint()
+        new.name = name
+        for key, value in given.items():
+            if value is None:
+                continue
+            check = checks.point if key == "point" else number if key in PLAY else unit_vector
+            setattr(new, AXES.get(key, key), check(f"{who}: {key}", value))
+        with about(who):
+            if known is BallOptions:
+                new.dof = to_core(ball_dof(options))
+            else:
+                count = _core.dofs_of_kind(kind)
+                new.dofs = [to_core(dof) for dof in dofs_of(count, options)]
+        ends, links = self._ends(who, a, b)
+        return self._joined(_core.joint_between(kind, *ends, new), links, **joint_fields(options))
+
+    def _joined(self, core: Any, links: tuple[int, int], **fields: Any) -> int:
+        """Adds a joint that the compiled builder made."""
+        joint = replace(Parts().of(core), link_a=links[0], link_b=links[1], **fields)
         return self._append("joint", self._joints, joint)
 
-    def _local(self, body: int, frame: Transform) -> Transform:
-        """A frame of the world in the frame of a body at its initial pose."""
-        if body == WORLD:
-            return frame
-        pose = self._bodies[body].pose
-        back = conjugate(pose.rotation)
-        # The difference first: exact for frames near the body, however far both are from the origin.
-        offset = rotate(back, subtract(frame.position, pose.position))
-        return Transform(
-            offset, (Transform((0.0, 0.0, 0.0), back) @ Transform(rotation=frame.rotation)).rotation
-        )
+    def _ends(
+        self, who: str, a: int | str | None, b: int | str | None
+    ) -> tuple[tuple[_core.JointEnd, _core.JointEnd], tuple[int, int]]:
+        ends, links = [], []
+        for body, part, link in self._both(who, a, b):
+            pose = ORIGIN if body == WORLD else self._bodies[body].pose
+            frames = ((frame.position, frame.rotation) for frame in (pose, part))
+            ends.append(_core.JointEnd(body, *frames))
+            links.append(link)
+        return (ends[0], ends[1]), (links[0], links[1])
 
-    def _ends(self, who: str, a: int | str | None, b: int | str | None) -> tuple[Place, Place]:
+    def _both(self, who: str, a: int | str | None, b: int | str | None) -> tuple[Place, Place]:
         ends = []
         for body in (a, b):
             try:
@@ -340,28 +310,3 @@ class JointBuilder(ABC):
     @abstractmethod
     def _append(self, kind: str, things: list[Any], thing: Any) -> int:
         """Adds a thing; returns its index."""
-
-
-def _along(name: str, what: str, axis: Numbers) -> Quaternion:
-    """The rotation of a frame whose third axis is the direction `axis` in the world."""
-    return rotation_to_z(unit_vector(f'joint "{name}": {what}', axis))
-
-
-def _play(name: str, play: float, **more: float) -> dict[str, float]:
-    """The fields of a joint with play; none without."""
-    if play != 0:
-        return {"play": play, **more}
-    if given := [key for key, value in more.items() if value != 0]:
-        raise InputError(f'joint "{name}": {", ".join(given)} without play; give the clearance, as play=1e-4')
-    return {}
-
-
-def _frame(x: tuple[float, float, float], z: tuple[float, float, float], name: str) -> Quaternion:
-    """The rotation of a frame with these two perpendicular axes."""
-    if abs(dot(x, z)) > 1e-6:
-        raise InputError(f'joint "{name}": play_normal is not normal to the axis; give a perpendicular one')
-    turn = rotation_to_z(z)
-    first, y = rotate(turn, X), cross(z, x)
-    half = 0.5 * math.atan2(dot(first, y), dot(first, x))
-    about = Transform(rotation=(math.cos(half), 0.0, 0.0, -math.sin(half)))
-    return (Transform(rotation=turn) @ about).rotation

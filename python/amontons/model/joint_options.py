@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
-from ..checks import Numbers, Vector3, about, sequence, shown
+from ..checks import Numbers, sequence, shown
 from ..errors import InputError
 from .parts import Dof, Motor
 
@@ -84,13 +84,6 @@ class DofsOptions(JointOptions, total=False):
 
 
 _SHARED = JointOptions.__optional_keys__
-_BALL = {
-    "stiffness": "ball_stiffness",
-    "damping": "ball_damping",
-    "friction": "ball_friction",
-    "limit": "ball_limit",
-    "armature": "ball_armature",
-}
 
 
 def require_options(function: str, options: Mapping[str, Any], kind: Any) -> None:
@@ -109,25 +102,21 @@ def joint_fields(options: Mapping[str, Any]) -> dict[str, Any]:
     return {key: options[key] for key in ("compliance", "collide") if key in options}
 
 
-def ball_fields(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a spherical `Joint`."""
-    given = {_BALL[key]: value for key, value in options.items() if key in _BALL}
-    if given.get("ball_limit", 0.0) is None:
-        given["ball_limit"] = math.inf
-    return given
+def ball_dof(options: Mapping[str, Any]) -> Dof:
+    """Spring, damper, friction, drive and limit of a free rotation, as of one degree of freedom."""
+    given = {key: value for key, value in options.items() if key not in _SHARED}
+    limit = given.pop("limit", None)
+    return Dof(upper=math.inf if limit is None else limit, **given)
 
 
-def dofs_of(name: str, made: Sequence[tuple[str, Vector3]], options: Mapping[str, Any]) -> tuple[Dof, ...]:
-    """Degrees of freedom of (kind, axis) with their share of the options of the joint `name`."""
-    with about(f'joint "{name}"'):
-        shares: list[dict[str, Any]] = [{} for _ in made]
-        for key, value in options.items():
-            if key not in _SHARED:
-                for share, part in zip(shares, _spread(key, value, len(made)), strict=True):
-                    share[key] = part
-        return tuple(
-            Dof(kind, axis, **_dof_fields(share)) for (kind, axis), share in zip(made, shares, strict=True)
-        )
+def dofs_of(count: int, options: Mapping[str, Any]) -> tuple[Dof, ...]:
+    """Degrees of freedom with their share of the options of a joint, which gives kinds and axes."""
+    shares: list[dict[str, Any]] = [{} for _ in range(count)]
+    for key, value in options.items():
+        if key not in _SHARED:
+            for share, part in zip(shares, _spread(key, value, count), strict=True):
+                share[key] = part
+    return tuple(Dof(**_dof_fields(share)) for share in shares)
 
 
 def _spread(key: str, value: Any, count: int) -> list[Any]:

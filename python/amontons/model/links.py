@@ -11,8 +11,8 @@ import numpy as np
 from ..checks import Array, Matrix3, Vector3, named, vector3
 from ..errors import InputError
 from .mass import NOTHING
-from .parts import OWN, Body, Geom, Joint, fill, inertia_matrix, numbers
-from .sensing import Sensor
+from .parts import OWN, WORLD, Body, Geom, Joint, fill, inertia_matrix, numbers
+from .sensing import Sensor, Site
 from .transforms import ORIGIN, Transform
 from .visuals import Visual
 
@@ -35,6 +35,9 @@ class Link:
     """A part of a body that has a name of its own: a fixed joint of a file holds it there.
 
     Mass and inertia of the body include those of its links.
+
+    >>> load_model(examples.path("dog.urdf"), floating_base=True).link_names[:3]
+    ('trunk', 'front_left_thigh', 'front_left_shin')
     """
 
     name: str
@@ -66,8 +69,14 @@ def check_links(
     joints: Sequence[Joint],
     visuals: Sequence[Visual],
     sensors: Sequence[Sensor],
+    sites: Sequence[Site],
 ) -> None:
-    """Raises InputError where a link, or the link that something says it is on, does not exist."""
+    """Raises InputError where a link, or the body or link that something says it is on, does not exist."""
+    for things in (sites, sensors, visuals):
+        for thing in things:
+            if not WORLD <= thing.body < len(bodies):
+                what = type(thing).__name__.lower()
+                raise InputError(f'{what} "{thing.name}": there is no body {thing.body}')
     names = {body.name for body in bodies if body.name}
     for k, link in enumerate(links):
         if not 0 <= link.body < len(bodies):

@@ -18,53 +18,26 @@ import numpy as np
 from .. import _core
 from ..checks import Array, Vector3, chosen, shown, suggestion, vector3
 from ..errors import InputError
+from .compiled import to_core
 from .controls import control_limits_of, control_names_of, no_control
 from .coordinates import Coordinate, coordinates_of
-from .drives import (
-    ACTIVATIONS,
-    PATHS,
-    TRANSMISSIONS,
-    Actuator,
-    PathElement,
-    Tendon,
-    TendonTerm,
-    Transmission,
-)
+from .drives import Actuator, Tendon
 from .links import Link, Places, check_links, place_index, places_of
-from .parts import (
-    DOFS,
-    JOINTS,
-    MOTIONS,
-    MOTORS,
-    NO_FLUID,
-    Body,
-    Coupling,
-    Dof,
-    Fluid,
-    FluidBox,
-    Geom,
-    Joint,
-    Material,
-    Motor,
-    PairMaterial,
-)
+from .parts import NO_FLUID, Body, Coupling, Fluid, FluidBox, Geom, Joint, PairMaterial, words
 from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
-from .shapes import Shape
-from .transforms import ORIGIN, Transform
+from .transforms import ORIGIN
 from .variants import variant
 from .visuals import Visual
 
-FRICTION_RULES = {
-    name: getattr(_core.FrictionRule, name) for name in ("geometric_mean", "maximum", "minimum", "mean")
-}
+FRICTION_RULES = words(_core.FrictionRule)
 
 PYTHON_PARTS = {
     "keyframes": Keyframe, "unread": Unread, "sites": Site, "sensors": Sensor, "visuals": Visual,
     "links": Link,
 }  # fmt: skip
 """Fields that the compiled model does not know, and so does not check."""
-TREES = {name: getattr(_core.Trees, name) for name in ("none", "auto")}
+TREES = words(_core.Trees)
 
 
 @dataclass(frozen=True)
@@ -72,37 +45,50 @@ class Model:
     """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
 
     Raises InputError naming the thing and the remedy.
+
+    >>> model = scenes.make("pendulum")
+    >>> model.body_names, model.joint_names, model.nq
+    (('bar',), ('hinge',), 1)
+    >>> model.joint_index("hinge")
+    0
     """
 
     gravity: Vector3 = (0.0, 0.0, -9.81)
-    """m/s^2"""
+    """acceleration of gravity (m/s^2)"""
     friction_rule: str = "geometric_mean"
     """how two frictions combine: geometric_mean | maximum | minimum | mean"""
     bodies: tuple[Body, ...] = ()
+    """rigid bodies; parts name them by index"""
     geoms: tuple[Geom, ...] = ()
+    """shapes with materials on bodies or on the world, which make contacts"""
     joints: tuple[Joint, ...] = ()
+    """joints between two bodies, or a body and the world"""
     couplings: tuple[Coupling, ...] = ()
+    """equations between two joint coordinates: gears, racks, mimics"""
     pair_materials: tuple[PairMaterial, ...] = ()
+    """materials of pairs of geoms, in place of the combined ones"""
     excluded_bodies: tuple[tuple[int, int], ...] = ()
-    """pairs that never touch"""
+    """pairs of bodies that never touch"""
     excluded_geoms: tuple[tuple[int, int], ...] = ()
-    """the same of geoms"""
+    """pairs of geoms that never touch"""
     fluid: Fluid = NO_FLUID
-    """around the bodies that have a fluid box"""
+    """fluid around the bodies that have a fluid box"""
     fluid_boxes: tuple[FluidBox, ...] = ()
+    """boxes by which the fluid acts on bodies"""
     tendons: tuple[Tendon, ...] = ()
+    """lengths with limits, springs and friction"""
     actuators: tuple[Actuator, ...] = ()
-    """what controls drive, beside the motors of joints: `Simulation.set_control`"""
+    """drives with a control each, beside the motors of joints: `Simulation.set_control`"""
     keyframes: tuple[Keyframe, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """states to start from: `Simulation.apply_keyframe`"""
     unread: tuple[Unread, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what the model file asks for and was not read, worst first"""
+    """elements of the model file that were not read, the worst first"""
     sites: tuple[Site, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
     """frames to look at: `Simulation.kinematics.sites`"""
     sensors: tuple[Sensor, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what is measured: `Simulation.sensors`"""
+    """sensors: `Simulation.sensors` has their readings"""
     visuals: tuple[Visual, ...] = field(default=(), repr=False, compare=False, metadata={"core": False})
-    """what it looks like, where that is not its geoms"""
+    """visual shapes, where they differ from the geoms"""
     links: tuple[Link, ...] = field(default=(), metadata={"core": False})
     """parts of bodies that have names of their own, as fixed joints of a file hold them"""
     trees: str = "none"
@@ -122,8 +108,8 @@ class Model:
             parts = getattr(self, name)
             if not isinstance(parts, tuple) or not all(isinstance(part, kind) for part in parts):
                 raise InputError(f"{name} = {shown(parts)}; give a tuple of {kind.__name__}")
-        object.__setattr__(self, "core", _core.Model(to_core(self)))
-        check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors)
+        object.__setattr__(self, "core", _core.Model(to_core(self, _core.ModelDescription())))
+        check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors, self.sites)
 
     def __reduce__(self) -> tuple[Any, ...]:  # the compiled model is made again
         return Model, tuple(getattr(self, f.name) for f in fields(self) if f.init)
@@ -156,6 +142,11 @@ class Model:
 
         Warns (ModelWarning) of pairs with a value of their own that stays, and of a value that changes no
         contact. Raises InputError naming the name that is not known, or the value that cannot be.
+
+        >>> model = scenes.make("incline")
+        >>> rough = model.with_(friction={"*": 0.9})
+        >>> rough.geoms[0].material.friction
+        0.9
         """
         given = {name: value for name, value in locals().items() if name != "self"}
         return variant(self, given)
@@ -387,76 +378,3 @@ def index_of(what: str, key: object, names: Sequence[str]) -> int:
     if isinstance(key, bool) or not 0 <= index < len(names):
         raise InputError(f"there is no {what} {shown(key)}; the model has {len(names)}")
     return index
-
-
-_CORE: dict[type, Any] = {
-    Material: _core.Material,
-    Motor: _core.Motor,
-    Dof: _core.Dof,
-    Body: _core.Body,
-    Geom: _core.Geom,
-    Joint: _core.Joint,
-    Coupling: _core.Coupling,
-    PairMaterial: _core.PairMaterial,
-    Fluid: _core.Fluid,
-    FluidBox: _core.FluidBox,
-    TendonTerm: _core.TendonTerm,
-    PathElement: _core.PathElement,
-    Tendon: _core.Tendon,
-    Transmission: _core.Transmission,
-    Actuator: _core.Actuator,
-    Model: _core.ModelDescription,
-}
-_NAMES: dict[tuple[type, str], dict[str, Any]] = {
-    (Motor, "kind"): MOTORS,
-    (Dof, "kind"): DOFS,
-    (Body, "motion"): MOTIONS,
-    (Joint, "kind"): JOINTS,
-    (PathElement, "kind"): PATHS,
-    (Transmission, "kind"): TRANSMISSIONS,
-    (Actuator, "dynamics"): ACTIVATIONS,
-    (Model, "friction_rule"): FRICTION_RULES,
-    (Model, "trees"): TREES,
-}
-
-
-def to_core(thing: Any) -> Any:
-    """A description of the compiled module with the same fields."""
-    core = _CORE[type(thing)]()
-    for f in fields(thing):
-        if f.init and f.metadata.get("core", True):
-            value = getattr(thing, f.name)
-            if value is None:  # what the compiled module takes without it
-                continue
-            names = _NAMES.get((type(thing), f.name))
-            try:
-                setattr(core, f.name, names[value] if names else _to_core_value(value))
-            except TypeError:
-                raise InputError(
-                    f"{type(thing).__name__}.{f.name} = {shown(value)} is not of the kind that the field "
-                    "holds"
-                ) from None
-    return core
-
-
-def _to_core_value(value: Any) -> Any:
-    if isinstance(value, Shape):
-        return value.core
-    if isinstance(value, Transform):
-        return (value.position, value.rotation)
-    if type(value) in _CORE:
-        return to_core(value)
-    if isinstance(value, tuple) and value and type(value[0]) is PairMaterial:
-        return _to_core_pairs(value)
-    if isinstance(value, tuple) and value and type(value[0]) in _CORE:
-        return [to_core(part) for part in value]
-    return value
-
-
-def _to_core_pairs(pairs: tuple[PairMaterial, ...]) -> list[_core.PairMaterial]:
-    """There may be a million of them, which share few materials."""
-    materials: dict[int, _core.Material] = {}
-    for pair in pairs:
-        if id(pair.material) not in materials:
-            materials[id(pair.material)] = to_core(pair.material)
-    return [_core.PairMaterial(p.geom_a, p.geom_b, materials[id(p.material)], p.always) for p in pairs]

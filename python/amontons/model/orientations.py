@@ -17,6 +17,9 @@ def from_matrix(matrix: Numbers | Matrix3) -> Quaternion:
     """The unit quaternion (w, x, y, z) of a rotation matrix (3, 3), whose columns are the turned axes.
 
     Raises InputError for a matrix that is no rotation.
+
+    >>> from_matrix(np.eye(3))
+    (1.0, 0.0, 0.0, 0.0)
     """
     m = finite("matrix", reals("matrix", matrix))
     if m.shape != (3, 3):
@@ -41,6 +44,9 @@ def from_euler(axes: str, angles: Numbers) -> Quaternion:
 
     axes: "xyz" about axes that stay fixed (roll, pitch, yaw of ROS), "XYZ" about axes that turn along, as in
     SciPy; any letters x, y, z, one per angle. Raises InputError.
+
+    >>> print(np.round(from_euler("z", [np.pi]), 9))
+    [0. 0. 0. 1.]
     """
     small = isinstance(axes, str) and axes.islower()
     if not isinstance(axes, str) or not axes or not set(axes) <= set("xyz" if small else "XYZ"):
@@ -59,6 +65,9 @@ def look_at(eye: Numbers, target: Numbers, *, up: Numbers = (0.0, 0.0, 1.0)) -> 
     """The unit quaternion (w, x, y, z) that turns x from `eye` to `target` (m), and z towards `up`.
 
     Raises InputError if both points are one, or `up` lies along the line.
+
+    >>> look_at((0, 0, 0), (1, 0, 0))
+    (1.0, 0.0, 0.0, 0.0)
     """
     x = np.array(
         unit_vector("look_at: target - eye", subtract(vector3("target", target), vector3("eye", eye)))

@@ -31,10 +31,17 @@ from .transforms import ORIGIN, Transform
 WORLD = -1
 OWN = -1
 """In place of a link: what a body is without its links."""
-MOTIONS = {name: getattr(_core.Motion, name) for name in ("dynamic", "kinematic", "fixed")}
-MOTORS = {name: getattr(_core.MotorKind, name) for name in ("none", "effort", "velocity", "position")}
-DOFS = {name: getattr(_core.DofKind, name) for name in ("hinge", "slide")}
-JOINTS = {name: getattr(_core.JointKind, name) for name in ("chain", "distance")}
+
+
+def words(kind: Any) -> dict[str, Any]:
+    """The values of an enumeration of the compiled module by name."""
+    return {value.name: value for value in kind}
+
+
+MOTIONS = words(_core.Motion)
+MOTORS = words(_core.MotorKind)
+DOFS = words(_core.DofKind)
+JOINTS = words(_core.JointKind)
 
 
 def fill(thing: object, **values: Any) -> None:
@@ -66,6 +73,9 @@ class Material:
     Frictions of two surfaces combine by the model's rule, static ones too; of restitutions, torsional and
     rolling frictions and Stribeck speeds the larger one holds; compliances and rest offsets add.
     docs/physics.md has the laws.
+
+    >>> Material(friction=0.4, friction_static=0.5, restitution=0.2).friction
+    0.4
     """
 
     friction: float = 0.5
@@ -124,19 +134,31 @@ MOTOR_TERMS = {
 @guided
 @dataclass(frozen=True)
 class Motor:
-    """Drive of one degree of freedom of a joint; its target or effort is one of `Simulation.controls`."""
+    """Drive of one degree of freedom of a joint; its control is one of `Simulation.controls`.
+
+    >>> builder = ModelBuilder()
+    >>> wheel = builder.add_body("wheel", shape=shapes.Cylinder(0.1, 0.02), mass=1)
+    >>> drive = Motor("velocity", max_effort=2)  # N m
+    >>> axle = builder.add_revolute_joint(wheel, point=(0, 0, 0), axis=(0, 0, 1), motor=drive, name="axle")
+    >>> simulation = Simulation(builder.build())
+    >>> simulation.set_control("axle", 5)  # rad/s
+    >>> report = simulation.run(0.1)
+    >>> round(simulation.kinematics.rate("axle"), 6)
+    5.0
+    """
 
     kind: str = "none"
-    """none | effort (the control is the force or torque) | velocity | position"""
+    """meaning of the control: none | effort (force or torque) | velocity | position"""
     control: float = 0.0
-    """initial: N or N m, m/s or rad/s, m or rad"""
+    """control at the start (N or N m; m/s or rad/s; m or rad)"""
     max_effort: float = math.inf
-    """N or N m, > 0"""
+    """largest effort in either direction, > 0 (N or N m)"""
     kp: float = 0.0
-    """of a position motor, N/m or N m/rad: effort = kp (control - q) - kd q'; 0 is exact"""
+    """stiffness of a position motor (N/m or N m/rad): effort = kp (control - q) - kd q'. With 0 the motor
+    holds the position exactly"""
     kd: float = 0.0
-    """N s/m or N m s/rad, of a position motor with kp, or of a velocity motor: effort = kd (control - q'); 0
-    is exact"""
+    """damping (N s/m or N m s/rad) of a position motor with kp, or of a velocity motor: effort = kd
+    (control - q'). With 0 a velocity motor holds the velocity exactly"""
 
     def __post_init__(self) -> None:
         chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
@@ -156,7 +178,11 @@ class Motor:
 
 @dataclass(frozen=True)
 class Dof:
-    """One degree of freedom of a joint; its coordinate is the displacement (m) or angle (rad) of A from B."""
+    """One degree of freedom of a joint; its coordinate is the displacement (m) or angle (rad) of A from B.
+
+    >>> Dof("hinge", axis=(0, 0, 1), lower=-1, upper=1, damping=0.1).damping
+    0.1
+    """
 
     kind: str = "hinge"
     """hinge (about the axis) | slide (along it)"""
@@ -177,7 +203,7 @@ class Dof:
     armature: float = 0.0
     """inertia of the drive (kg or kg m^2)"""
     motor: Motor = Motor()
-    name: str = field(default="", metadata={"core": False})
+    name: str = ""
     """of its coordinate in `Model.coordinates`; "" takes that of the joint"""
     lower_effort: float = -math.inf
     upper_effort: float = math.inf
@@ -208,7 +234,11 @@ class Dof:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body; its frame is any frame fixed in it."""
+    """A rigid body; its frame is any frame fixed in it.
+
+    >>> parts.Body("ball", mass=2, inertia=np.diag([0.1, 0.1, 0.1])).mass
+    2.0
+    """
 
     name: str = ""
     motion: str = "dynamic"
@@ -255,7 +285,11 @@ def inertia_matrix(what: str, values: Any) -> Matrix3:
 
 @dataclass(frozen=True)
 class Geom:
-    """A shape on a body, or on the world."""
+    """A shape on a body, or on the world.
+
+    >>> scenes.make("pendulum").geoms[0].shape
+    Box(half=(0.025, 0.025, 0.5))
+    """
 
     name: str = ""
     body: int = WORLD
@@ -272,7 +306,7 @@ class Geom:
     """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
     surface_spin: Vector3 = (0.0, 0.0, 0.0)
     """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
-    link: int = field(default=OWN, metadata={"core": False})
+    link: int = OWN
     """the link of the body that it belongs to, an index of `Model.links`; OWN: none"""
 
     def __post_init__(self) -> None:
@@ -309,6 +343,10 @@ class Joint:
 
     No degree of freedom fixes the bodies to each other. Impulses act on A and, opposite, on B. `ModelBuilder`
     makes the usual joints from points and axes in the world.
+
+    >>> joint = scenes.make("pendulum").joints[0]
+    >>> joint.name, joint.dofs[0].kind, joint.dofs[0].axis
+    ('hinge', 'hinge', (0.0, 0.0, 1.0))
     """
 
     name: str = ""
@@ -352,9 +390,9 @@ class Joint:
     """lever of the friction of a journal (m)"""
     play_friction: float = 0.0
     """mu of the journal in its bearing, or of the slider in its guide"""
-    link_a: int = field(default=OWN, metadata={"core": False})
+    link_a: int = OWN
     """the link of body A that it holds, an index of `Model.links`; OWN: none"""
-    link_b: int = field(default=OWN, metadata={"core": False})
+    link_b: int = OWN
 
     def __post_init__(self) -> None:
         who = named("joint", self.name)
@@ -380,6 +418,9 @@ class Coupling:
     """Coordinate a = a polynomial in coordinate b: gears, racks, mimics.
 
     A coordinate is that of a joint's degree of freedom or, where a tendon is named, its length.
+
+    >>> parts.Coupling("gears", 0, 0, 1, 0, coefficients=(0, -2)).coefficients  # a = -2 b
+    (0.0, -2.0)
     """
 
     name: str = ""
@@ -409,6 +450,10 @@ class PairMaterial:
 
     Its friction_across is across the friction_direction of the geoms, of geom A of the contact if both have
     one.
+
+    >>> ice = parts.PairMaterial(0, 1, Material(friction=0.02))  # of geoms 0 and 1
+    >>> ice.material.friction
+    0.02
     """
 
     geom_a: int
@@ -426,7 +471,11 @@ class PairMaterial:
 
 @dataclass(frozen=True)
 class Fluid:
-    """The fluid around bodies with a `FluidBox`."""
+    """The fluid around bodies with a `FluidBox`.
+
+    >>> parts.Fluid(density=1000, viscosity=1e-3, wind=(0.1, 0, 0)).density
+    1000.0
+    """
 
     density: float = 0.0
     """kg/m^3, >= 0: air 1.2, water 1000"""
@@ -450,6 +499,9 @@ class FluidBox:
     With the mean edge d, edges b, and the velocity v and spin w along its axes: the force is -(3 pi d
     viscosity + density / 2 b_j b_k |v_i|) v_i and the torque -(pi d^3 viscosity + density / 64 b_i (b_j^4 +
     b_k^4) |w_i|) w_i (MuJoCo, Computation, Fluid forces, inertia model).
+
+    >>> parts.FluidBox(0, Transform(), size=(0.1, 0.1, 0.4)).size
+    (0.1, 0.1, 0.4)
     """
 
     body: int

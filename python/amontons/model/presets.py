@@ -9,7 +9,14 @@ from ..checks import Quaternion, Vector3
 
 @dataclass(frozen=True, repr=False)
 class Keyframe:
-    """A state of a model to start from, see `Simulation.apply_keyframe`."""
+    """A state of a model to start from, see `Simulation.apply_keyframe`.
+
+    >>> model = load_model(examples.path("quadruped.xml"))
+    >>> simulation = Simulation(model)
+    >>> simulation.reset("stand")
+    >>> model.keyframe_names
+    ('crouch', 'stand')
+    """
 
     name: str
     time: float
@@ -39,7 +46,14 @@ EFFECTS = ("large", "small", "none")
 
 @dataclass(frozen=True)
 class Unread:
-    """An element of a model file that is not supported; `Model.unread` lists them."""
+    """An element of a model file that is not supported; `Model.unread` lists them.
+
+    >>> model = load_model(examples.path("arm.xml"))
+    >>> for item in model.unread:
+    ...     print(item.place, item.what, item.effect)
+    >>> len(model.unread)
+    0
+    """
 
     place: str
     """file:line"""

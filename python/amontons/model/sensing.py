@@ -31,7 +31,11 @@ SENSORS: dict[str, int] = {
 
 @dataclass(frozen=True)
 class Site:
-    """A named frame fixed in a body; `Simulation.kinematics.site` reads its pose and velocity."""
+    """A named frame fixed in a body; `Simulation.kinematics.site` reads its pose and velocity.
+
+    >>> parts.Site("tip", body=0, frame=Transform((0, 0, 0.3))).name
+    'tip'
+    """
 
     name: str = ""
     body: int = WORLD
@@ -43,7 +47,11 @@ class Site:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor of a model; `Simulation.sensors` reads its value."""
+    """A sensor of a model; `Simulation.sensors` reads its value.
+
+    >>> [(s.name, s.kind) for s in load_model(examples.path("quadruped.xml")).sensors[:2]]
+    [('gyro', 'gyro'), ('accelerometer', 'accelerometer')]
+    """
 
     name: str
     kind: str

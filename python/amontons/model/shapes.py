@@ -55,6 +55,11 @@ class Shape:
         """m^3"""
         return self.mass_properties().mass
 
+    def _make(self, **values: Any) -> None:
+        """A shape of a few lengths, which the compiled module knows by the name of the class."""
+        self._set(**values)
+        self._set(core=_core.Shape.of(type(self).__name__, values))
+
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -75,19 +80,26 @@ class Shape:
 @guided
 @dataclass(frozen=True, eq=False)
 class Sphere(Shape):
-    """A ball of `radius`."""
+    """A ball of `radius`.
+
+    >>> shapes.Sphere(0.1).radius
+    0.1
+    """
 
     radius: float
 
     def __post_init__(self) -> None:
-        self._set(radius=number("Sphere: radius", self.radius))
-        self._set(core=_core.Shape.sphere(self.radius))
+        self._make(radius=number("Sphere: radius", self.radius))
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
-    """half: half edge lengths along x, y and z."""
+    """half: half edge lengths along x, y and z.
+
+    >>> shapes.Box((0.3, 0.2, 0.1))  # 0.6 x 0.4 x 0.2 m
+    Box(half=(0.3, 0.2, 0.1))
+    """
 
     half: Vector3
 
@@ -96,8 +108,7 @@ class Box(Shape):
         def __init__(self, half: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
-        self._set(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
-        self._set(core=_core.Shape.box(self.half))
+        self._make(half=entries("Box: half", self.half, 3, remedy=": half edge lengths along x, y and z"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,38 +120,40 @@ class _Tube(Shape):
 
     def __post_init__(self) -> None:
         kind = type(self).__name__
-        self._set(
+        self._make(
             radius=number(f"{kind}: radius", self.radius),
             half_length=number(f"{kind}: half_length", self.half_length),
         )
-        self._set(core=self._core_shape())
-
-    def _core_shape(self) -> _core.Shape:
-        raise NotImplementedError
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Capsule(_Tube):
-    """The points within `radius` of the segment |z| <= `half_length`."""
+    """The points within `radius` of the segment |z| <= `half_length`.
 
-    def _core_shape(self) -> _core.Shape:
-        return _core.Shape.capsule(self.radius, self.half_length)
+    >>> shapes.Capsule(0.05, 0.2)  # 0.5 m long in all
+    Capsule(radius=0.05, half_length=0.2)
+    """
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Cylinder(_Tube):
-    """About the z axis, |z| <= `half_length`."""
+    """About the z axis, |z| <= `half_length`.
 
-    def _core_shape(self) -> _core.Shape:
-        return _core.Shape.cylinder(self.radius, self.half_length)
+    >>> shapes.Cylinder(0.1, 0.02)  # a disc of 4 cm
+    Cylinder(radius=0.1, half_length=0.02)
+    """
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Ellipsoid(Shape):
-    """radii: semi-axes along x, y and z."""
+    """radii: semi-axes along x, y and z.
+
+    >>> shapes.Ellipsoid((0.3, 0.2, 0.1))
+    Ellipsoid(radii=(0.3, 0.2, 0.1))
+    """
 
     radii: Vector3
 
@@ -149,19 +162,22 @@ class Ellipsoid(Shape):
         def __init__(self, radii: Numbers) -> None: ...
 
     def __post_init__(self) -> None:
-        self._set(radii=vector3("Ellipsoid: radii", self.radii))
-        self._set(core=_core.Shape.ellipsoid(self.radii))
+        self._make(radii=vector3("Ellipsoid: radii", self.radii))
 
 
 @guided
 @dataclass(frozen=True, eq=False)
 class Plane(Shape):
-    """The half space z <= 0, whose normal is +z. Static."""
+    """The half space z <= 0, whose normal is +z. Static.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_geom(None, shapes.Plane())
+    """
 
     static_only: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        self._set(core=_core.Shape.plane())
+        self._make()
 
 
 @guided
@@ -172,6 +188,10 @@ class Hull(Shape):
     vertices: (n, 3); points that are no corners are dropped. triangles: (t, 3) indices of a closed convex
     surface, counter-clockwise seen from outside, if known; else they are found (SciPy's Qhull).
     Raises InputError for fewer than four points, points in a plane, NaN, triangles that are no convex body.
+
+    >>> wedge = shapes.Hull([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    >>> len(wedge.vertices)
+    4
     """
 
     vertices: Array
@@ -202,6 +222,10 @@ class Mesh(Shape):
 
     vertices: (n, 3). triangles: (t, 3) indices, counter-clockwise seen from outside.
     The volume and mass properties are those of a closed mesh.
+
+    >>> floor = shapes.Mesh([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [(0, 1, 2)])
+    >>> len(floor.triangles)
+    1
     """
 
     vertices: Array
@@ -213,7 +237,9 @@ class Mesh(Shape):
             vertices=frozen(_points("Mesh: vertices", self.vertices)),
             triangles=frozen(_triangles("Mesh: triangles", self.triangles)),
         )
-        self._set(core=_core.Shape.mesh(self.vertices, self.triangles))
+        core = _core.Shape.mesh(self.vertices, self.triangles)
+        # Triangles then name the first of equal vertices, as a mesh from a file does.
+        self._set(core=core, triangles=frozen(core.values["triangles"]))
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
@@ -226,6 +252,9 @@ class HeightField(Shape):
 
     heights: (rows, columns); row r, column c lies at x = (c / (columns - 1) - 1/2) size_x and
     y = (r / (rows - 1) - 1/2) size_y. Two triangles a cell, contact from above.
+
+    >>> shapes.HeightField(np.zeros((3, 3)), size_x=2, size_y=2).heights.shape
+    (3, 3)
     """
 
     heights: Array

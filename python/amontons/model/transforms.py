@@ -63,6 +63,9 @@ def axis_angle(axis: Numbers, angle: float) -> Quaternion:
     builder.add_body(..., orientation=amontons.axis_angle((0, 0, 1), math.radians(90)))
 
     Raises InputError naming the argument.
+
+    >>> print(np.round(axis_angle((0, 0, 1), np.pi), 9))
+    [0. 0. 0. 1.]
     """
     angle = number("angle", angle)
     n = unit_vector("axis", axis)
@@ -86,6 +89,10 @@ class Transform:
 
     position: m. rotation: unit quaternion (w, x, y, z). `a @ b` is a after b, `a(point)` applies it,
     `a.inverse()` undoes it.
+
+    >>> turned = Transform((1, 0, 0), axis_angle((0, 0, 1), np.pi / 2))
+    >>> print(np.round(turned((1, 0, 0)), 9))
+    [1. 1. 0.]
     """
 
     position: Vector3 = (0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..checks import shown
 from ..errors import InputError, ModelWarning
-from ..visible import visible
+from ..escapes import visible
 from .parts import Material, PairMaterial
 from .quantities import LISTS, QUANTITIES, Draft, Model, checked, draft_of, material_with, places
 

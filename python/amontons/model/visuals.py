@@ -21,6 +21,9 @@ class TriangleMesh:
     """A visual triangle mesh; it need not be closed.
 
     vertices: (n, 3) (m), kept in single precision. triangles: (m, 3) indices, counter-clockwise from outside.
+
+    >>> parts.TriangleMesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).triangles.shape
+    (1, 3)
     """
 
     vertices: NDArray[np.float32]
@@ -46,7 +49,10 @@ class TriangleMesh:
 
 @dataclass(frozen=True)
 class Visual:
-    """A visual shape on a body or on the world; it has no contacts."""
+    """A visual shape on a body or on the world; it has no contacts.
+
+    >>> cap = parts.Visual("cap", body=0, shape=shapes.Sphere(0.1), colour=(1, 0, 0, 1))
+    """
 
     name: str = ""
     body: int = WORLD

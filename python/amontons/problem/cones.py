@@ -61,6 +61,9 @@ class Bilateral(_Rows):
     """R^n: n bilateral rows, whose impulse may have either sign and whose velocity must vanish.
 
     n: number of rows.
+
+    >>> vi.solve([[2.0]], [-4.0], vi.Bilateral()).x
+    array([2.])
     """
 
     kind = "bilateral"
@@ -70,6 +73,9 @@ class NonNegative(_Rows):
     """R+^n: n unilateral rows without friction; x >= 0 pushes apart, u >= 0 separates.
 
     n: number of rows.
+
+    >>> vi.solve([[2.0]], [4.0], vi.NonNegative()).x  # it separates
+    array([0.])
     """
 
     kind = "nonnegative"
@@ -81,6 +87,9 @@ class Interval(Cone):
 
     lo, hi: bounds of the impulse (N s), scalars or vectors of one length; -inf and inf mean no bound.
     Raises InputError for lo > hi or NaN, naming the row.
+
+    >>> vi.solve([[2.0]], [-4.0], vi.Interval(-1, 1)).x
+    array([1.])
     """
 
     lo: Array
@@ -122,13 +131,14 @@ class Interval(Cone):
 class Friction(Cone):
     """Circular friction cones {(n, t1, t2): |t| <= mu n}, three rows per contact in the order n, t1, t2.
 
-    Friction(0.3)          one contact with mu = 0.3
-    Friction([0.3, 0.5])   two contacts
-    Friction(0.3, n=100)   a hundred contacts with the same mu
-    Friction(n=100)        a hundred contacts whose mu comes from the `mu` of `solve` or `Problem`
-
     mu: friction coefficients (dimensionless), finite and not negative; else InputError names the contact.
     n: number of contacts, always by name: Friction(1) is one contact with mu = 1.
+
+    >>> vi.Friction([0.3, 0.5]).n, vi.Friction(0.3, n=100).n
+    (2, 100)
+    >>> later = vi.Friction(n=100)  # mu comes from the `mu` of `solve` or `Problem`
+    >>> vi.solve(np.eye(3), [-1, -2, 0], vi.Friction(0.5)).x.round(6)
+    array([1. , 0.5, 0. ])
     """
 
     n: int
@@ -206,13 +216,16 @@ class EllipticFriction(Cone):
     Rows per contact: f_n, f_1, f_2 (normal and both tangents); with torsion also the moment about the normal,
     m_n; with rolling also the moments about both tangents, m_1 and m_2: three, four or six.
 
-    EllipticFriction([[0.3, 0.6]])                       one contact, mu along tangent 1 and 2
-    EllipticFriction(0.5, torsion=0.01, n=100)           a hundred contacts of four rows
-    EllipticFriction([0.3, 0.5], rolling=1e-3)           two of six rows, without resistance to torsion
-
     mu: coefficients of sliding (dimensionless): one, (n,), or (n, 2) along both tangents. torsion: (m), one
         or (n,). rolling: (m), one, (n,), or (n, 2) about both tangents. n: number of contacts where all are
         single numbers. All finite and not negative, else InputError; zero lets its row carry nothing.
+
+    >>> vi.EllipticFriction([[0.3, 0.6]])  # one contact, mu along tangent 1 and 2
+    EllipticFriction(mu in [0.3, 0.6], n=1)
+    >>> vi.EllipticFriction(0.5, torsion=0.01, n=100).n  # four rows each
+    100
+    >>> vi.EllipticFriction([0.3, 0.5], rolling=1e-3).n  # six rows each, without resistance to torsion
+    2
     """
 
     n: int
@@ -282,6 +295,9 @@ class RollingFriction(Cone):
 
     mu: coefficients of sliding (dimensionless), one or (n,). rolling: of rolling (m), one or (n,). n: number
         of contacts where both are single numbers. Finite and not negative, else InputError.
+
+    >>> vi.RollingFriction(0.5, 0.01)
+    RollingFriction(mu=0.5, rolling=0.01, n=1)
     """
 
     n: int
@@ -321,6 +337,9 @@ class PlanarFriction(Cone):
 
     mu: coefficients (dimensionless), one or (n,). n: number of places where mu is one number. Finite and not
         negative, else InputError.
+
+    >>> vi.solve(np.eye(2), [-1, -2], vi.PlanarFriction(0.5)).x.round(6)
+    array([1. , 0.5])
     """
 
     n: int

@@ -33,6 +33,10 @@ class Iterate(Protocol):
     between. A method that is never used may be left out.
 
     Numbers that a pass returns are Python floats or what float() takes. Exceptions of a pass propagate.
+
+    >>> passes = [name for name in dir(vi.Iterate) if not name.startswith("_")]
+    >>> "direction" in passes and "curvature" in passes and "update" in passes
+    True
     """
 
     def start(self, x0: Array) -> float:

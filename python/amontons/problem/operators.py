@@ -204,6 +204,11 @@ class Factored(_BodyBased):
 
     Raises InputError that names the array and the index. Wrong numbers of rows, bodies that do not exist, a
     row that joins a body to itself, NaN and negative masses are refused.
+
+    >>> rows = [(0, 0, 1, 0, 0, 0)]  # the vertical velocity of a body of 2 kg
+    >>> A = vi.Factored([0.5], [np.eye(3)], [0], [-1], rows, np.zeros((1, 6)))
+    >>> vi.solve(A, [-3], vi.NonNegative()).x  # stops it
+    array([6.])
     """
 
     def __init__(
@@ -287,6 +292,11 @@ class Contacts(_BodyBased):
     Moments of x are in N m s, spins of u in rad/s.
 
     Raises InputError that names the array and the index.
+
+    >>> # A body of 1 kg on the ground, 1 m above the contact.
+    >>> A = vi.Contacts([1.0], [np.eye(3)], [0], [-1], [(0, 0, -1)], [(0, 0, 0)], [(0, 0, 1)])
+    >>> vi.solve(A, [-1, 0, 0], "friction", mu=0.5).x.round(6)
+    array([1., 0., 0.])
     """
 
     def __init__(

@@ -73,7 +73,11 @@ OPTION_TERMS = {
 
 
 def methods() -> tuple[str, ...]:
-    """The names that `method` accepts; "auto" picks one of the others by the structure of the problem."""
+    """The names that `method` accepts; "auto" picks one of the others by the structure of the problem.
+
+    >>> "apgd" in vi.methods()
+    True
+    """
     return tuple(_core.method_names())
 
 

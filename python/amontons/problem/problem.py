@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core, watching
+from .. import _core, step_counts
 from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
 from ..hooks import hook
@@ -59,6 +59,11 @@ class Problem:
 
     Raises InputError that names what is wrong: shapes, NaN, an unsymmetric or indefinite matrix (where its
     diagonal shows it), negative mu, cones that do not add up to m rows.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> solution = problem.solve(tolerance=1e-10)
+    >>> problem.residual(solution.x) <= 1e-10
+    True
     """
 
     def __init__(
@@ -188,6 +193,10 @@ class Problem:
 
         iterate: the vectors of "p-spg-fb" and "apgd", an `amontons.vi.Iterate` of this problem; "auto"
         uses one of the two.
+
+        >>> problem = vi.read_problem(examples.path("plates.hdf5"))
+        >>> problem.solve(tolerance=1e-8).converged
+        True
         """
         method = options.require_method(method)
         opts = options.core_options(
@@ -206,7 +215,7 @@ class Problem:
         start = None if x0 is None else self._to_core("x0", x0)
         result = _core.solve(self._core, method, opts, start, callback)
         solution = from_core(result, history, self._scale, asked_for=device)
-        watching.saw(solution.residual, missed=not solution.converged)
+        step_counts.saw(solution.residual, missed=not solution.converged)
         logger.debug(
             "%s: %s after %d iterations of %s, residual %.1e",
             self.name or "problem", solution.status, solution.iterations, solution.method, solution.residual,
@@ -301,7 +310,12 @@ class Problem:
 
 
 class Violations(NamedTuple):
-    """Violations in physical terms; all zero at a solution."""
+    """Violations in physical terms; all zero at a solution.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.violations(problem, np.zeros(3)).penetration_velocity
+    1.0
+    """
 
     penetration_velocity: float
     """max of -u_n over contacts and unilateral rows, and of |u| over bilateral rows (m/s)"""
@@ -352,6 +366,9 @@ def solve(
 
     Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C
     gives status "interrupted". Raises InputError for input that can be corrected.
+
+    >>> vi.solve(np.eye(3), [-1, -2, 0], "friction", mu=0.5).x.round(6)
+    array([1. , 0.5, 0. ])
     """
     return Problem(A, b, cones, mu=mu, law=law).solve(
         method=method,
@@ -375,10 +392,19 @@ def residual(problem: Problem, x: ArrayLike, *, law: str | None = None, norm: st
         block; "plain": |x - Pi_K(x - u)|_2; "plain_inf": its maximum norm; "siconos": the plain one over
         max(|b|, |x|, |u|). u contains the De Saxce term under coulomb. Moments count over the length (m) that
         makes their diag(A) that of the forces of their cone, spins times it.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.residual(problem, np.zeros(3))
+    1.0
     """
     return problem.residual(x, law=law, norm=norm)
 
 
 def violations(problem: Problem, x: ArrayLike, *, law: str | None = None) -> Violations:
-    """The violations of x, (m,), in physical units. law: None for that of the problem."""
+    """The violations of x, (m,), in physical units. law: None for that of the problem.
+
+    >>> problem = vi.Problem(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> vi.violations(problem, problem.solve(tolerance=1e-10).x).cone <= 1e-9
+    True
+    """
     return Violations(*problem._core.violations(problem._to_core("x", x), problem._law(law)))

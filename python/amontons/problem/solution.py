@@ -39,7 +39,12 @@ class Phase(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """The outcome of a solve; also when it did not converge, x is the best iterate seen."""
+    """The outcome of a solve; also when it did not converge, x is the best iterate seen.
+
+    >>> solution = vi.solve(np.eye(3), [-1, -2, 0], "friction", mu=0.5)
+    >>> solution.status, solution.residual <= 1e-6
+    ('converged', True)
+    """
 
     x: Array
     """(m,) impulses (N s; moments N m s), in the order and frame of the rows of A"""

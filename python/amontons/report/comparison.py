@@ -15,7 +15,7 @@ from ..io.files import write_whole
 from ..problem.options import methods
 from ..problem.problem import Problem
 from ..problem.solution import HISTORY, Solution
-from .whole import csv_bytes
+from .complete_files import csv_bytes
 
 UNLIMITED = 2_000_000_000  # iterations: only the deadline and the tolerance end a run
 REPEATED = 0.05

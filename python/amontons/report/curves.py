@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .complete_files import save_figure
+from .complete_files import title as plain
 from .plotting import Axes, plt
-from .whole import save_figure
-from .whole import title as plain
 
 if TYPE_CHECKING:
     from ..io.recordings.columns import Column

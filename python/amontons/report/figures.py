@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from .comparison import Run, thinned
+from .complete_files import save_figure
+from .complete_files import title as plain
 from .plotting import Axes, plt
-from .whole import save_figure
-from .whole import title as plain
 
 ROWS_PER_FIGURE = 6
 AXES = {"iterations": "iterations", "products": "products with A", "time": "time (ms)"}

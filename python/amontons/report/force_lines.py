@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
-from ..simulation.outcome import Table
+from ..simulation.step_report import Table
 from .batches import turned
 from .colours import STATES
 
 LARGE = 99.0
 """Percentile of the forces that is drawn as wide as LINE bodies are thick."""
 LINE = 0.4
+Lines = tuple[Array, Array, Array, Array]
+"""Starts, ends (k, 3), widths (k,) in m and colours (k, 3) of 8 bits."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,7 @@ def width_per_newton(tables: Sequence[Table], thickness: float) -> float:
     return LINE * thickness / float(np.percentile(forces, LARGE)) if len(forces) else 0.0
 
 
-def force_lines(
-    model: Model, positions: Array, orientations: Array, contacts: Table, width: float
-) -> tuple[Array, Array, Array, Array]:
+def force_lines(model: Model, positions: Array, orientations: Array, contacts: Table, width: float) -> Lines:
     """Starts and ends (k, 3) (m), widths (k,) (m) and colours (k, 3) of 8 bits.
 
     A line goes from the centre of mass of each body of a pair that moves to the point of the force.
@@ -86,7 +86,7 @@ def force_lines(
     return start, end, widths, shades
 
 
-def line_rows(lines: tuple[Array, Array, Array, Array]) -> Array:
+def line_rows(lines: Lines) -> Array:
     """(k, 10) start, end, width and colour from 0 to 1."""
     start, end, width, colour = lines
     return np.ascontiguousarray(np.column_stack((start, end, width, colour / 255.0)))

@@ -14,7 +14,7 @@ from ..io.recordings.recording import Recording
 from ..simulation.determinacy import Pose, determined
 from ..simulation.loads import Loads, in_frames_b
 from ..simulation.signals import Signals
-from .whole import csv_bytes
+from .complete_files import csv_bytes
 
 
 def loads_of(recording: Recording) -> Loads:

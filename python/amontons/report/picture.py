@@ -16,11 +16,12 @@ from ..errors import InputError
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.shapes import Plane
-from ..simulation.outcome import Table
+from ..simulation.step_report import Table
 from .batches import Batch, shapes_of, visuals_of
 from .colours import FLOOR
 from .extents import Balls, window_of
 from .force_lines import force_lines, line_rows, width_per_newton
+from .joint_lines import joint_lines
 
 LIGHT = (0.25, 0.7, 0.75)
 """Where it comes from: along the view to the right, towards the eye, up."""
@@ -29,6 +30,7 @@ GLASS = 0.25
 """Opacity of what is fixed where something that moves is behind it."""
 FADE = 0.6
 """Share of white in everything but the lines of forces, where they are drawn."""
+NO_LINES = np.zeros((0, 10))
 FIELD = 40.0
 """Degrees that are seen from side to side by an eye at a distance, unless a width is given."""
 
@@ -55,6 +57,8 @@ class View:
     or, if True, the largest half as wide as a body"""
     collision: bool = False
     """draw what touches in place of what the model looks like"""
+    joints: bool = False
+    """draw joints: pins of hinges, rods from the bodies, strings"""
 
     def __post_init__(self) -> None:
         number("azimuth", self.azimuth)
@@ -149,9 +153,14 @@ class Picture:
         centred = self.view.target is not None
         return places, window_of([place @ axes.T for place in places], self.balls, centred=centred)
 
-    def draw(self, frame: Frame, framing: Framing, width: int, height: int) -> NDArray[np.uint8]:
-        """(height, width, 3) red, green and blue, the highest row first."""
-        return self._drawn(frame, framing, width, height, 2, False)[0].reshape(height, width, 3)
+    def draw(
+        self, frame: Frame, framing: Framing, width: int, height: int, lines: Array = NO_LINES
+    ) -> NDArray[np.uint8]:
+        """(height, width, 3) red, green and blue, the highest row first.
+
+        lines: more of them, as `line_rows` gives them.
+        """
+        return self._drawn(frame, framing, width, height, 2, False, lines)[0].reshape(height, width, 3)
 
     def probe(self, frame: Frame, framing: Framing, width: int, height: int) -> tuple[Array, Array]:
         """The first part that is visible through the middle of each pixel, the lowest row first: its number
@@ -161,7 +170,14 @@ class Picture:
         return labels.reshape(height, width), depths.reshape(height, width)
 
     def _drawn(
-        self, frame: Frame, framing: Framing, width: int, height: int, samples: int, probe: bool
+        self,
+        frame: Frame,
+        framing: Framing,
+        width: int,
+        height: int,
+        samples: int,
+        probe: bool,
+        lines: Array = NO_LINES,
     ) -> tuple[Array, Array, Array]:
         camera = _core.PictureCamera()
         camera.right, camera.up, camera.eye = [tuple(axis) for axis in self.view.axes()]
@@ -169,12 +185,16 @@ class Picture:
         camera.distance = math.inf if self.view.distance is None else float(self.view.distance)
         camera.width, camera.height, camera.samples = width, height, samples
         camera.pixel = framing.width / width
-        lines = np.zeros((0, 10))
         positions = np.ascontiguousarray(frame.positions, dtype=np.float64).reshape(-1, 3)
         orientations = np.ascontiguousarray(frame.orientations, dtype=np.float64).reshape(-1, 4)
         if self.view.forces and frame.contacts is not None:
             drawn = force_lines(self.model, positions, orientations, frame.contacts, framing.per_newton)
-            lines = line_rows(drawn)
+            lines = np.concatenate((lines, line_rows(drawn)))
+        if self.view.joints:
+            thickness = self.balls.median(self.balls.thickness)
+            lines = np.concatenate(
+                (lines, line_rows(joint_lines(self.model, positions, orientations, thickness)))
+            )
         return self._scene.draw(
             positions, orientations, camera=camera, style=self._style, lines=lines, probe=probe, threads=0
         )

@@ -34,30 +34,36 @@ def render(
     fixed: str = "glass",
     forces: bool | float = False,
     collision: bool = False,
+    joints: bool = False,
 ) -> NDArray[np.uint8]:
     """Render the present state: (height, width, 3) of red, green and blue, the top row first.
 
-    Needs no display and no graphics card, and comes out the same everywhere.
+    It needs no display and no graphics card, and gives the same picture on every machine.
 
     size: width and height (pixels).
-    azimuth, elevation: of the eye, degrees about z from the x axis, and above the horizon.
-    target: what is in the middle: a point (m), or a body by name or index; by default the middle of what
-        moves.
-    width: what is seen at the target from side to side (m); by default all that moves. A body that is farther
-        from the middle half of all than three times its spread does not count: it does not shrink the others.
-    distance: of the eye from the target (m); by default infinite, so that rays are parallel and lengths keep
-        their proportions. With a distance and no width, 40 degrees are seen from side to side.
-    fixed: "glass" lets what moves shine through what is fixed before it, "show" hides it there, "hide" leaves
-        out what is fixed but for planes.
-    forces: draw the contact forces of the last step, over a pale picture, as lines from the bodies to the
-        points where they touch: green where it sticks, red where it slips. A line is as wide as its force is
-        large: by so many m per N, or, if True, half as wide as a body for the largest of this picture.
-    collision: draw what touches in place of what the model looks like.
+    azimuth, elevation: direction to the camera (degrees about z from the x axis; degrees above the horizon).
+    target: centre of the picture: a point (m), or a body by name or index; by default the middle of the
+        moving bodies.
+    width: width of the view at the target (m); by default all moving bodies fit. An outlier does not count:
+        a body farther from the middle half of all bodies than three times the spread of that half.
+    distance: distance of the camera from the target (m); by default infinite, a parallel projection. With a
+        distance and no width, the angle of view is 40 degrees.
+    fixed: "glass" draws fixed geometry transparent, "show" draws it opaque, "hide" draws only its planes.
+    forces: draw the contact forces of the last step over a pale picture, as lines from the bodies to the
+        contact points: green where it sticks, red where it slips. The width of a line is proportional to its
+        force, with this factor (m/N); True makes the largest half as wide as a body.
+    collision: draw the collision geometry in place of the visual one.
+    joints: draw the joints: a pin along the axis of each hinge, a rod from each body to its end of a joint, a
+        string between ends that are apart.
 
     Raises InputError naming the argument.
+
+    >>> picture = render(Simulation(scenes.make("stack")), (320, 240), forces=True)
+    >>> picture.shape
+    (240, 320, 3)
     """
     columns, rows = _pixels(size)
-    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision)
+    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision, joints)
     picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=bool(forces))
     return picture.draw(frame, picture.framing([frame], columns / rows), columns, rows)
 
@@ -76,6 +82,11 @@ def render_view(
     azimuth, elevation, target (m), width (m), forces (m/N, or False) and collision.
 
     Raises InputError naming the argument.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> fixed = render_view(simulation, (320, 240))  # one view for all pictures that follow
+    >>> render(simulation, (320, 240), **fixed).shape
+    (240, 320, 3)
     """
     columns, rows = _pixels(size)
     view = _view(azimuth, elevation, None, None, None, "glass", forces, collision)
@@ -101,9 +112,10 @@ def _view(
     fixed: str,
     forces: bool | float,
     collision: bool,
+    joints: bool = False,
 ) -> View:
     place = target if isinstance(target, str | int | None) else tuple(np.ravel(target).tolist())
-    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision))
+    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision), bool(joints))
 
 
 def _pixels(size: Any) -> tuple[int, int]:

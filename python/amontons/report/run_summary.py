@@ -11,10 +11,10 @@ import numpy as np
 
 from ..checks import Array
 from ..io.files import write_whole
-from ..simulation.outcome import REPORTS, TIMINGS, Table, energy
+from ..simulation.step_report import REPORTS, TIMINGS, Table, energy
+from .complete_files import csv_bytes, save_figure
+from .complete_files import title as plain
 from .plotting import Axes, plt
-from .whole import csv_bytes, save_figure
-from .whole import title as plain
 
 PHASES = TIMINGS[:-1]
 COLOURS = {"collision": "#56b4e9", "assembly": "#009e73", "solve": "#d55e00", "integration": "#cc79a7"}

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..model.model import Model
+from .complete_files import save_figure
 from .picture import Frame, Picture, View
-from .whole import save_figure
 
 
 def snapshots_figure(

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..checks import chosen, option
-from ..errors import StepWarning
+from ..errors import InputError, StepWarning
+from ..problem.problem import Problem
 from .derivative import Derivative, Held, derivative_of, remembered_slips
 from .differences import INPUTS, placed
 from .linearise import Linearisation, linearise_core
@@ -75,3 +76,18 @@ def precise_copy(simulation: Any, tolerance: float) -> Any:
     least = min(option("tolerance", tolerance), probe.options["tolerance"])
     probe.change_options(tolerance=least, threads=1)
     return probe
+
+
+def problem_of_last(simulation: Any) -> Problem:
+    """The variational inequality of the last step."""
+    core = simulation._core.problem
+    if core is None:
+        raise InputError("there is no problem before the first step; call step() first")
+    return Problem._from_core(
+        core,
+        name=f"step {simulation.steps}",
+        description=(
+            f"t = {simulation.time:g} s, dt = {simulation.dt:g} s, law {simulation._options['law']}"
+        ),
+        source="amontons.Simulation",
+    )

@@ -49,6 +49,11 @@ class Derivative:
     Rows, and columns of A: changes of q along qd (nv), qd (nv), activations (na), as in `Linearisation`;
     those of rows from the q after the step. qd is that of the middle of a step, with which the next one
     begins. So the derivative of two steps is the product of theirs.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> report = simulation.step()
+    >>> simulation.derivative().A.shape  # (q, qd) after the step over (q, qd) before it
+    (2, 2)
     """
 
     A: Array
@@ -98,7 +103,13 @@ class Derivative:
 
 @dataclass(frozen=True)
 class Pullback:
-    """Derivatives of a loss over what was before a step."""
+    """Derivatives of a loss over what was before a step.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> report = simulation.step()
+    >>> simulation.derivative().vjp(np.array([1.0, 0.0])).state.shape
+    (2,)
+    """
 
     state: Array
     """(2 nv + na,)"""

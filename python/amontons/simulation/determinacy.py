@@ -15,7 +15,7 @@ import numpy as np
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
-from .outcome import Table
+from .step_report import Table
 
 SINGULAR = 1e-6
 """Singular values below this part of the largest are zero: joints of a loop fit each other to 1e-6 of a

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -54,3 +56,23 @@ def clipped(model: Model, controls: Array) -> Array:
     """Controls (..., controls) within their limits."""
     lower, upper = np.array(model.control_limits, dtype=np.float64).reshape(-1, 2).T
     return np.ascontiguousarray(np.clip(controls, lower, upper))
+
+
+def put_start(simulation: Any, keyframe: int | str | None, q: Any, qd: Any) -> None:
+    """Put a simulation at the start of its model or at a keyframe, then at q and qd, or do nothing."""
+    model, core = simulation._model, simulation._core
+    index = None if keyframe is None else model.keyframe_index(keyframe)
+    before = core.copy()
+    core.reset()
+    simulation._contacts = None
+    try:
+        if index is not None:
+            simulation.apply_keyframe(index)
+            core.set_time(model.keyframes[index].time)
+        if q is not None:
+            simulation.set_q(q)
+        if qd is not None:
+            simulation.set_qd(qd)
+    except InputError:
+        core.assign(before)
+        raise

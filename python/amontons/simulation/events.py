@@ -9,14 +9,23 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.model import Model
-from .outcome import Table
+from .step_report import Table
 
 PAIRS = np.dtype([(name, np.int32) for name in ("body_a", "body_b", "geom_a", "geom_b", "link_a", "link_b")])
 """The fields of ContactEvents, as in `Simulation.contacts`."""
 
 
 class ContactEvents(NamedTuple):
-    """Differences between the last step and the one before it, in the order of the indices."""
+    """Differences between the last step and the one before it, in the order of the indices.
+
+    >>> builder = ModelBuilder()
+    >>> ground = builder.add_floor()
+    >>> ball = builder.add_body(shape=shapes.Sphere(0.1), mass=1, position=(0, 0, 0.15))
+    >>> simulation = Simulation(builder.build())
+    >>> report = simulation.run(1.0, after_step=lambda s, r: len(s.contact_events.began))
+    >>> round(simulation.time, 3)  # the drop of 5 cm takes 0.101 s
+    0.105
+    """
 
     began: Table
     """pairs of geoms that carry a force since the last step, impacts included"""

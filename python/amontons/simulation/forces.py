@@ -15,9 +15,9 @@ from .coordinates import degree, entries, read_only
 from .holding import held_by
 from .links import link_reactions
 from .loads import Loads
-from .outcome import Table
 from .part import Part
 from .passive import passive_forces_of
+from .step_report import Table
 from .tables import (
     actuator_table,
     contact_sums,
@@ -30,58 +30,84 @@ from .tables import (
 
 @dataclass(frozen=True)
 class Instant:
-    """To which contacts, reactions, efforts and controls of the last step belong.
+    """Time and coordinates at which the forces of the last step act: the start of the step.
 
-    They are means over the step, and fit the pose at its start.
+    Contact forces, reactions, efforts and controls are means over the step, at this pose.
+
+    >>> simulation = Simulation(scenes.make("pendulum"), dt=0.01)
+    >>> report = simulation.run(0.1)
+    >>> round(simulation.forces.instant.time, 9), round(simulation.time, 9)
+    (0.09, 0.1)
     """
 
     time: float
-    """of the start of the step, of the last substep (s)"""
+    """start of the step, or of its last substep (s)"""
     q: Array
-    """generalised coordinates then, (nq,), as `Simulation.q`"""
+    """generalised coordinates at that time, (nq,), in the order of `Simulation.q`"""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`."""
+    """Efforts along one degree of freedom in the last step: a row of `Simulation.forces.joint_efforts`.
+
+    >>> simulation = Simulation(scenes.make("slider_crank"))
+    >>> report = simulation.run(0.1)
+    >>> effort = simulation.forces.effort("crank pivot")
+    >>> effort.motor == effort.total
+    True
+    """
 
     time: float
-    """of the instant to which it belongs, the start of the step (s)"""
+    """time at which the efforts act: the start of the step (s)"""
     coordinate: float
-    """at that instant (m or rad)"""
+    """coordinate of the degree of freedom at that time (m or rad)"""
     control: float
-    """of its motor (N, N m, m/s, rad/s, m, rad); NaN without one"""
+    """control of its motor (N, N m, m/s, rad/s, m, rad); NaN without a motor"""
     motor: float
-    """of its motor and of the actuators on it (N or N m)"""
+    """effort of its motor and its actuators (N or N m)"""
     passive: float
-    """of spring, damper and armature (N or N m)"""
+    """effort of spring, damper and armature (N or N m)"""
     friction: float
-    """N or N m"""
+    """effort of dry friction (N or N m)"""
     limit: float
-    """positive away from the lower limit (N or N m)"""
+    """effort of its limits (N or N m), positive away from the lower one"""
 
     @property
     def total(self) -> float:
-        """The sum (N or N m); what `state.joint_forces` put there is not in it."""
+        """The sum (N or N m), without `state.joint_forces`."""
         return self.motor + self.passive + self.friction + self.limit
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`."""
+    """Reaction of a joint on its body A, in world axes: a row of `Simulation.forces.joint_reactions`.
+
+    >>> simulation = Simulation(scenes.make("pendulum", angle=0))  # hangs at rest
+    >>> report = simulation.step()
+    >>> print(np.round(simulation.forces.reaction("hinge").force, 3))  # its weight
+    [ 0.     0.    24.525]
+    """
 
     time: float
-    """of the instant to which it belongs (s)"""
+    """time at which it acts: the start of the step (s)"""
     point: Vector3
-    """about which the torque is (m)"""
+    """point of action, about which the torque is taken (m)"""
     force: Vector3
-    """N"""
+    """force on body A (N)"""
     torque: Vector3
-    """N m"""
+    """torque on body A (N m)"""
 
 
 class Forces(Part):
-    """`Simulation.forces`: what acted in the last step, and what acts along qd at present."""
+    """`Simulation.forces`: what acted in the last step, and what acts along qd at present.
+
+    >>> simulation = Simulation(scenes.make("pendulum", angle=0))
+    >>> report = simulation.step()
+    >>> simulation.forces.mass_matrix().shape
+    (1, 1)
+    >>> print(np.round(simulation.forces.reaction("hinge").force, 3))
+    [ 0.     0.    24.525]
+    """
 
     @property
     def instant(self) -> Instant:

@@ -14,13 +14,19 @@ from ..model.parts import WORLD
 from . import inverse_kinematics as ik
 from .coordinates import degree, entry
 from .links import moving_frames
-from .outcome import Table
 from .part import Part
 from .rays import cast_rays, geoms_of
+from .step_report import Table
 
 
 class RayHit(NamedTuple):
-    """The first hit of a ray."""
+    """The first hit of a ray.
+
+    >>> simulation = Simulation(scenes.make("incline", angle=0))
+    >>> hit = simulation.kinematics.ray((2, 0, 3), (0, 0, -1))
+    >>> hit.distance
+    3.0
+    """
 
     distance: float
     """m; infinite where it meets nothing"""
@@ -33,7 +39,13 @@ class RayHit(NamedTuple):
 
 
 class Kinematics(Part):
-    """`Simulation.kinematics`: where everything is at present, and how it moves."""
+    """`Simulation.kinematics`: where everything is at present, and how it moves.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> simulation.set_q({"hinge": 0.5})
+    >>> simulation.kinematics.coordinate("hinge")
+    0.49999999999999994
+    """
 
     def coordinate(self, joint: int | str, dof: int = 0) -> float:
         """The coordinate of a joint's degree of freedom (m, or rad with full turns counted).
@@ -84,6 +96,10 @@ class Kinematics(Part):
 
         In world axes. point: in its frame (m), by default the origin. `jacobian(...) @ qd` is the velocity
         but for what a kinematic body brings along.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> simulation.kinematics.jacobian(0).shape  # linear rows, then angular ones
+        (6, 1)
         """
         named = body is not None and not (isinstance(body, str) and body == "world")
         index = self._model.link_index(body) if named else WORLD

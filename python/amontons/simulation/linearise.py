@@ -24,6 +24,10 @@ class Linearisation:
     rad and m, rad/s and m/s; of floating bases and balls in the axes of `qd`. u: the controls, in the order
     of `Model.control_names`, or the forces along qd (N, N m). The rates are those of the middles of the last
     step and of the next one: with them undamped motions neither grow nor decay.
+
+    >>> linear = Simulation(scenes.make("pendulum", angle=0)).linearise()
+    >>> linear.A.shape
+    (2, 2)
     """
 
     A: Array

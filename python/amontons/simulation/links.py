@@ -9,8 +9,8 @@ from ..checks import Array
 from ..model.links import Places, place_index
 from ..model.model import Model
 from ..model.parts import WORLD
-from .outcome import Table
 from .sensors import Moment, plan_of
+from .step_report import Table
 
 MOVING = np.dtype(
     [

@@ -12,7 +12,7 @@ from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model, no_model
 from ..model.parts import WORLD
 from .determinacy import Determined, Pose, back, determined, rotate
-from .outcome import Report, Table
+from .step_report import Report, Table
 from .tables import WRENCH, WRENCH_UNITS
 
 OF_CONTACTS = ("normal", "friction", "fx", "fy", "fz")
@@ -84,6 +84,12 @@ class Loads:
     whenever contacts or limits began, ended or changed between sticking and sliding, and at the end. Loops
     and piles of more than 300 unknowns count as not determined. Couplings, tendons and moments of contacts
     count as known.
+
+    >>> simulation = Simulation(scenes.make("slider_crank"))
+    >>> with simulation.forces.loads() as loads:
+    ...     report = simulation.run(0.1)
+    >>> loads.joints.dtype.names[:5]
+    ('joint', 'component', 'unit', 'peak', 'time')
     """
 
     def __init__(self, model: Model, *, efforts: bool = True) -> None:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from .. import _core
-from ..checks import chosen, option
+from ..checks import chosen, option, suggestion
 from ..errors import InputError
 from ..problem.iterate import source_of_device
-from ..problem.options import LAWS, require_method
+from ..problem.options import LAWS, OPTION_TERMS, require_method
 from .own_method import name_of, wrapped
 
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
@@ -44,3 +44,12 @@ def core_options(given: Mapping[str, Any]) -> _core.SimulationOptions:
                 raise InputError(f"{name} = {value:g}; it must not be negative")
             setattr(o, name, max(value, sys.float_info.min))  # no automatic value for a zero that was given
     return o
+
+
+def require_known(given: Mapping[str, Any], known: Mapping[str, Any]) -> None:
+    """InputError if one is no option of a simulation."""
+    if unknown := set(given) - set(known):
+        near = suggestion(min(unknown), known, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"})
+        raise InputError(
+            f"unknown option {min(unknown)!r} of a simulation{near}; known are {', '.join(sorted(known))}"
+        )

@@ -16,7 +16,13 @@ from ..problem.problem import Problem
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """Options of a solve of a simulation: the last argument of a user's own method."""
+    """Options of a solve of a simulation: the last argument of a user's own method.
+
+    >>> def method(problem, x0, options):
+    ...     return problem.solve(x0=x0, tolerance=options.tolerance).x
+    >>> Simulation(scenes.make("stack"), method=method).step().converged
+    True
+    """
 
     law: str = "coulomb"
     """coulomb | associated, the law of the problem"""

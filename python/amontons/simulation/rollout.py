@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core, watching
+from .. import _core, step_counts
 from ..checks import Array, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
@@ -19,6 +19,7 @@ from .differences import INPUTS
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
+from .stepping import steps_watched
 from .tape import Gradient, Tape, cotangent, gradient
 
 
@@ -27,26 +28,31 @@ class Rollout:
     """Trajectories returned by `rollout`: a row per world, and in it one per row of controls.
 
     The rows of a world that failed are NaN from there on, and `failures` says why.
+
+    >>> worlds = rollout(scenes.make("pendulum"), np.zeros((3, 2)), steps=10)
+    >>> worlds.q.shape, worlds.failures
+    ((3, 10, 1), ['', '', ''])
     """
 
     q: Array
-    """(worlds, rows, nq), after the last step of each row"""
+    """coordinates after the last step of each row, (worlds, rows, nq)"""
     qd: Array
-    """(worlds, rows, nv)"""
+    """velocities after the last step of each row, (worlds, rows, nv)"""
     residuals: Array
-    """(worlds, rows), the largest of the steps of a row"""
+    """largest residual of the steps of a row, (worlds, rows)"""
     missed: Array
-    """(worlds, rows), how many steps of a row did not converge, or gained energy from nothing"""
+    """number of steps of a row that did not converge or gained energy, (worlds, rows)"""
     time: Array
-    """(rows,), since the start (s)"""
+    """time since the start at the end of each row, (rows,) (s)"""
     sensors: Array
-    """(worlds, rows, values), as `Simulation.sensors.array`; no values unless they were asked for"""
+    """values of the sensors, (worlds, rows, values), as `Simulation.sensors.array`; no values without
+    sensors=True"""
     simulations: list[Simulation]
-    """the worlds at their ends, from which they can go on"""
+    """the worlds at their ends, ready to continue"""
     failures: list[str]
-    """of each world why it stopped, with its row; empty if it did not"""
+    """reason and row at which each world stopped; empty if it did not"""
     tape: Tape | None = None
-    """with tape=True, what `vjp` needs"""
+    """with tape=True: the states that `vjp` needs"""
 
     def vjp(
         self,
@@ -117,6 +123,10 @@ def rollout(
     A world whose velocities come out not finite stops, the others go on, and a StepWarning names it. Raises
     InputError naming the argument and, with on_failure="raise", SimulationError naming the first such world,
     or one whose steps missed their tolerance.
+
+    >>> starts = [[0.1, 0.0], [0.2, 0.0]]  # q, then qd
+    >>> rollout(scenes.make("pendulum"), starts, steps=100).q.shape
+    (2, 100, 1)
     """
     models = models_of(model)
     worlds = _worlds(models, states, options)
@@ -124,8 +134,7 @@ def rollout(
     function("before_step", before_step)
     function("after_step", after_step)
     rows = _rows(model, controls, joint_forces, len(worlds), steps)
-    repeat = option("repeat", repeat)
-    sensors = flag("sensors", sensors)
+    repeat, sensors = option("repeat", repeat), flag("sensors", sensors)
     watched = before_step or after_step or any(world.before_step or world.after_step for world in worlds)
     taped = _tape(rows, repeat, bool(watched)) if flag("tape", tape) else None
     courses, readings, done, failures = [], [], 0, [""] * len(worlds)
@@ -137,10 +146,7 @@ def rollout(
             course = advance_watched(worlds, part, repeat, before_step, after_step, stopped)
         else:
             course = advance_worlds(worlds, part.controls, repeat, threads, part.joint_forces, part.count)
-        failures = [old or _failure(course, k, done) for k, old in enumerate(failures)]
-        failed = np.array([bool(failure) for failure in failures]) | stopped
-        for values in (course.q, course.qd, course.residuals):
-            values[failed & (np.array(course.done) == 0)] = np.nan  # of a world that failed in a part before
+        failed = _mark_failed(course, done, failures, stopped)
         courses.append(course)
         done += course.q.shape[1]
         readings.append(_readings(worlds, sensors, failed, course.q.shape[1]))
@@ -150,6 +156,15 @@ def rollout(
     time = worlds[0].dt * repeat * np.arange(1, done + 1)
     read = np.concatenate(readings, axis=1)
     return Rollout(q, qd, residuals, missed, time, read, worlds, failures, taped)
+
+
+def _mark_failed(course: Course, done: int, failures: list[str], stopped: list[bool]) -> Array:
+    """Adds the failures of a part to those before; NaN for worlds that failed or stopped before it."""
+    failures[:] = [old or _failure(course, k, done) for k, old in enumerate(failures)]
+    failed = np.array([bool(failure) for failure in failures]) | stopped
+    for values in (course.q, course.qd, course.residuals):
+        values[failed & (np.array(course.done) == 0)] = np.nan
+    return failed
 
 
 def _tape(rows: Rows, repeat: int, watched: bool) -> Tape:
@@ -275,7 +290,7 @@ def advance_watched(
             if rows.joint_forces is not None:
                 world.state.joint_forces = rows.joint_forces[k, row]
             try:
-                steps = world._steps_watched(repeat, before_step, after_step)
+                steps = steps_watched(world, repeat, before_step, after_step)
             except InputError as error:
                 failures[k] = str(error)
                 break
@@ -379,7 +394,7 @@ def _by_world(what: str, values: Any, worlds: int, columns: str, size: int) -> A
 def _report(worlds: Sequence[Simulation], residuals: Array, missed: Array, repeat: int) -> None:
     """Reports steps that did not converge, once for all worlds."""
     largest = float(np.nanmax(residuals, initial=0.0))  # those of worlds that stopped are NaN
-    counted = watching.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
+    counted = step_counts.saw(largest, steps=residuals.size * repeat, missed=int(missed.sum()))
     heard = np.array([world.options["on_failure"] != "ignore" for world in worlds])
     rows = np.argwhere((missed > 0) & heard[:, None])
     if not len(rows):

@@ -19,8 +19,8 @@ from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
-from .outcome import Table
 from .rays import cast_rays
+from .step_report import Table
 from .tables import actuator_table, contact_table, effort_table, reaction_table, tendon_table
 
 
@@ -343,10 +343,6 @@ def _limits(now: Moment, group: Group) -> Array:
         dof = now.model.joints[coordinate.joint].dofs[coordinate.dof]
         row[:] = _gap(float(now.coordinates[0][coordinate.q][0]), dof)
     return found
-
-
-def _has_reference(group: Group) -> Array:
-    return np.array([sensor.reference is not None for sensor in group.sensors])
 
 
 def _positions(now: Moment, group: Group) -> Array:

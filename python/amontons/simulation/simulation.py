@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import copy
-import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -14,52 +12,35 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, chosen, flag, function, number, option, suggestion
-from ..errors import InputError, ModelWarning
+from ..checks import Array, chosen, flag, number
+from ..errors import ModelWarning
 from ..guidance import guided
-from ..hooks import hook
 from ..model.model import Model, no_model
 from ..model.presets import Keyframe
-from ..problem.options import OPTION_TERMS
 from ..problem.problem import Problem
-from .analysis import derivative_of_last, linear_model
+from .analysis import derivative_of_last, linear_model, problem_of_last
 from .coordinates import Values, read_only, spread
+from .copies import copied, copied_deeply, pickled, unpickle
 from .derivative import Derivative
-from .driving import checked_controls, put_keyframe
+from .driving import checked_controls, put_keyframe, put_start
 from .events import ContactEvents, contact_events
 from .forces import Forces
 from .kinematics import Kinematics
 from .linearise import Linearisation
-from .options import core_options
-from .outcome import Report, Table
+from .options import core_options, require_known
 from .own_method import OwnMethod
+from .part import no_attribute
+from .saving import load_file, save_file
 from .sensors import Plan, Readings, plan_of
 from .sensors import read as read_sensors
 from .state import State
+from .step_report import Report, Table
+from .stepping import make_step, run
 from .tables import contact_table
-from .verdict import check_steps
 
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 BeforeStep = Callable[["Simulation"], object]
 AfterStep = Callable[["Simulation", Report], object]
-_OF_PROCESS = {
-    *("_core", "_state", "_contacts", "_plan", "_in_callback", "_ended", "_before_run", "_after_run")
-}
-"""attributes that a pickle leaves out"""
-PATIENCE = 0.05
-"""of a run without callbacks: after so long (s) the compiled module lets Python look at signals"""
-
-
-@hook
-def save_file(simulation: Simulation, path: str | PathLike[str]) -> None:
-    """Function behind `Simulation.save`; amontons.io supplies it."""
-    raise NotImplementedError("import amontons.io, which writes files")
-
-
-@hook
-def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Simulation:
-    """Function behind `Simulation.load`; amontons.io supplies it."""
-    raise NotImplementedError("import amontons.io, which reads files")
 
 
 class Simulation:
@@ -87,6 +68,11 @@ class Simulation:
     back) or "ignore". Velocities that are not finite always raise.
 
     Raises InputError naming the option.
+
+    >>> simulation = Simulation(scenes.make("stack"), dt=5e-3, tolerance=1e-8)
+    >>> report = simulation.run(0.5)
+    >>> report.converged, report.residual <= 1e-8, round(simulation.time, 9)
+    (True, True, 0.5)
     """
 
     before_step: list[BeforeStep]
@@ -101,10 +87,8 @@ class Simulation:
     _after_run: AfterStep | None = None
     """what `run` was given"""
 
-    _plan: Plan | None = None
-    """how the sensors are read, made when they are first"""
-    _apart: float = 0.0
-    """The error of a joint (m) about which the last warning was given."""
+    _plan: Plan | None = None  # how the sensors are read, made when they are first
+    _apart: float = 0.0  # the error of a joint (m) about which the last warning was given
 
     @guided
     def __init__(
@@ -133,23 +117,8 @@ class Simulation:
         if not model.bodies:
             warnings.warn("the model has no bodies: nothing will move; add_body adds one", ModelWarning, 3)
         chosen("on_failure", on_failure, ON_FAILURE)
-        given = dict(
-            dt=dt,
-            law=law,
-            method=method,
-            tolerance=tolerance,
-            max_iterations=max_iterations,
-            budget=budget,
-            threads=threads,
-            device=device,
-            device_contacts=device_contacts,
-            margin=margin,
-            recovery=recovery,
-            recovery_speed=recovery_speed,
-            restitution_speed=restitution_speed,
-            warm_start=flag("warm_start", warm_start),
-            max_substeps=max_substeps,
-        )
+        flag("warm_start", warm_start)
+        given = {name: v for name, v in locals().items() if name not in ("self", "model", "on_failure")}
         given = {name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()}
         self._model, self._options = model, given | {"on_failure": on_failure}
         self._state: State
@@ -202,47 +171,12 @@ class Simulation:
 
         Raises InputError if the state, loads or controls are not usable, and SimulationError as `on_failure`
         says. The state is then that before the step; `contacts` and `problem` show the attempt that failed.
+
+        >>> simulation = Simulation(scenes.make("stack"))
+        >>> simulation.step().status
+        'converged'
         """
-        self._require_no_callback()
-        self._call(self.before_step, self._before_run)
-        self._contacts = None
-        core = self._core.step()
-        check_steps(self, core, 1, core.residual, stacklevel=3)
-        report = Report(core)
-        self._ended = self._call(self.after_step, self._after_run, report)
-        return report
-
-    def _call(self, functions: Sequence[Callable[..., object]], last: Any, *report: Report) -> bool:
-        """Calls what goes before or after a step; whether one returned something true."""
-        if last is not None:
-            functions = [*functions, last]
-        elif not functions:
-            return False
-        self._in_callback = True
-        try:
-            return any([bool(function(self, *report)) for function in functions])
-        finally:
-            self._in_callback = False
-
-    def _require_no_callback(self) -> None:
-        if self._in_callback:
-            raise InputError(
-                "before_step and after_step make no step of their own simulation, which is within one; step "
-                "a copy()"
-            )
-
-    def _steps_watched(
-        self, count: int, before_step: BeforeStep | None, after_step: AfterStep | None
-    ) -> list[_core.Report]:
-        """At most so many steps with what is called before and after each, and without a word about them."""
-        made: list[_core.Report] = []
-        self._ended = False
-        while len(made) < count and not self._ended and (not made or made[-1].advanced):
-            self._call(self.before_step, before_step)
-            self._contacts = None
-            made.append(self._core.step())
-            self._ended = made[-1].advanced and self._call(self.after_step, after_step, Report(made[-1]))
-        return made
+        return make_step(self)
 
     def run(
         self,
@@ -257,34 +191,13 @@ class Simulation:
         after_step: called as after_step(simulation, report) after each step; a true result ends the run.
         They come after those in the lists `Simulation.before_step` and `after_step`. Without any of them all
         steps are made by the compiled module; Ctrl-C ends between two of them.
-        """
-        steps = max(1, math.ceil(option("duration", duration) / self.dt - 1e-9))
-        function("before_step", before_step)
-        function("after_step", after_step)
-        watched = before_step or after_step or self.before_step or self.after_step
-        if not watched and type(self).step is Simulation.step:
-            return self._run(steps)
-        self._require_no_callback()
-        self._before_run, self._after_run = before_step, after_step
-        try:
-            for _ in range(steps):
-                self._ended = False
-                report = self.step()
-                if self._ended:
-                    break
-        finally:
-            self._before_run = self._after_run = None
-        return report
 
-    def _run(self, steps: int) -> Report:
-        self._require_no_callback()
-        self._contacts = None
-        while True:  # between two parts Python looks at signals
-            part = self._core.run(steps, PATIENCE)
-            check_steps(self, part.report, part.steps, part.residual, stacklevel=4)
-            steps -= part.steps
-            if steps <= 0:
-                return Report(part.report)
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> report = simulation.run(1.0, after_step=lambda s, r: s.time > 0.2)  # stop early
+        >>> round(simulation.time, 3)
+        0.2
+        """
+        return run(self, duration, before_step, after_step, type(self).step is Simulation.step)
 
     @property
     def contacts(self) -> Table:
@@ -366,6 +279,11 @@ class Simulation:
 
         The motor of a joint has the joint's name; see `Model.control_names`. InputError for a joint without a
         motor says how it gets one.
+
+        >>> simulation = Simulation(load_model(examples.path("arm.xml")))
+        >>> simulation.set_control("elbow", -0.4)
+        >>> float(simulation.controls[simulation.model.control_index("elbow")])
+        -0.4
         """
         index = self._model.control_index(control)
         lower, upper = self._model.control_limits[index]
@@ -387,22 +305,14 @@ class Simulation:
 
         Time goes back to zero, or to that of the keyframe; loads, motors and impulses are those of a new
         simulation. q, qd: as in `set_q` and `set_qd`. If they are refused, nothing has changed.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> report = simulation.run(0.5)
+        >>> simulation.reset()
+        >>> simulation.time
+        0.0
         """
-        index = None if keyframe is None else self._model.keyframe_index(keyframe)
-        before = self._core.copy()
-        self._core.reset()
-        self._contacts = None
-        try:
-            if index is not None:
-                self.apply_keyframe(index)
-                self._core.set_time(self._model.keyframes[index].time)
-            if q is not None:
-                self.set_q(q)
-            if qd is not None:
-                self.set_qd(qd)
-        except InputError:
-            self._core.assign(before)
-            raise
+        put_start(self, keyframe, q, qd)
 
     @property
     def kinematics(self) -> Kinematics:
@@ -457,6 +367,10 @@ class Simulation:
             time, by default one per core; the result does not depend on it.
 
         Raises SimulationError if a step fails, InputError naming the argument.
+
+        >>> linear = Simulation(scenes.make("pendulum", angle=0)).linearise()
+        >>> linear.A.shape, linear.states
+        ((2, 2), ('hinge.change', 'hinge.rate'))
         """
         return linear_model(self, inputs, contacts, tolerance, threads)
 
@@ -490,16 +404,13 @@ class Simulation:
         Rows: three per contact (normal, tangent 1, tangent 2) and up to three moments over a length where
         there is torsional or rolling friction, in the order of `contacts`, then those of the joints. Its law
         is that of the simulation: `sim.problem().residual(sim.forces.impulses)` is what the report says.
+
+        >>> simulation = Simulation(scenes.make("stack"))
+        >>> report = simulation.run(0.1)
+        >>> simulation.problem().solve(method="apgd").converged
+        True
         """
-        core = self._core.problem
-        if core is None:
-            raise InputError("there is no problem before the first step; call step() first")
-        return Problem._from_core(
-            core,
-            name=f"step {self.steps}",
-            description=f"t = {self.time:g} s, dt = {self.dt:g} s, law {self._options['law']}",
-            source="amontons.Simulation",
-        )
+        return problem_of_last(self)
 
     def change_options(self, **options: Any) -> None:
         """Give options of the simulation (dt, law, method, tolerance, ...) other values; the state stays.
@@ -507,12 +418,7 @@ class Simulation:
         `state` is a new view; arrays taken from the old one show the past. InputError, with nothing changed,
         if an option is unknown or its value cannot be used.
         """
-        if unknown := set(options) - set(self._options):
-            known = ", ".join(sorted(self._options))
-            near = suggestion(
-                min(unknown), self._options, OPTION_TERMS | {"timestep": "dt", "time-step": "dt"}
-            )
-            raise InputError(f"unknown option {min(unknown)!r} of a simulation{near}; known are {known}")
+        require_known(options, self._options)
         changed = Simulation(self._model, **{**self._options, **options})
         changed._core.restore(self._core.snapshot())
         self._options = changed._options
@@ -530,62 +436,25 @@ class Simulation:
         Its lists `before_step` and `after_step` are its own and hold the same functions. `copy.copy` and
         `copy.deepcopy` do the same. Pickling leaves out the tables of the last step (contacts, reactions,
         problem), which the next step makes again.
+
+        >>> simulation = Simulation(scenes.make("pendulum"))
+        >>> other = simulation.copy()
+        >>> simulation.run(0.5).energy == other.run(0.5).energy  # bit for bit
+        True
         """
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other.before_step, other.after_step = list(self.before_step), list(self.after_step)
-        other._options = dict(self._options)
-        other._in_callback = other._ended = False
-        other._before_run = other._after_run = None
-        other._take(self._core.copy())
-        return other
+        return copied(self)
 
     def __copy__(self) -> Simulation:
         return self.copy()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
-        other = self.copy()
-        memo[id(self)] = other
-        own = {
-            "_core",
-            "_model",
-            "_options",
-            "_state",
-            "_contacts",
-            "_plan",
-            "_in_callback",
-            "_ended",
-            "_before_run",
-            "_after_run",
-            "before_step",
-            "after_step",
-        }
-        for name, value in self.__dict__.items():  # what a user has put there
-            if name not in own:
-                setattr(other, name, copy.deepcopy(value, memo))
-        return other
+        return copied_deeply(self, memo)
 
     def __getstate__(self) -> dict[str, Any]:
-        values = {name: v for name, v in self.__dict__.items() if name not in _OF_PROCESS}
-        snapshot = self._core.snapshot()
-        return values | {"_arrays": snapshot.arrays}
+        return pickled(self)
 
     def __setstate__(self, values: dict[str, Any]) -> None:
-        arrays = values.pop("_arrays")
-        self.__dict__.update(values)
-        core = _core.Simulation(self._model.core, core_options(self._options))
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
-        core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
-        self._take(core)
-
-    def _set_clock(self, time: float, steps: int) -> None:
-        """Take over a time and a number of steps from a recording."""
-        snapshot = self._core.snapshot()
-        arrays = snapshot.arrays
-        arrays |= {"time": time, "steps": steps}
-        scalars = {name: arrays.pop(name) for name in ("time", "steps", "impulse_step", "last_step")}
-        self._core.restore(_core.State(self._model.core, arrays=arrays, **scalars))
-        self._take(self._core)
+        unpickle(self, values)
 
     def _take(self, core: _core.Simulation) -> None:
         """Go on with another compiled simulation."""
@@ -606,7 +475,8 @@ class Simulation:
 
         Raises FileNotFoundError, or FileError naming the file and what is wrong.
         """
-        return load_file(path, options)
+        loaded: Simulation = load_file(path, options)
+        return loaded
 
     def __repr__(self) -> str:
         return f"amontons.Simulation({self._model!r}, t = {self.time:g} s, dt = {self.dt:g} s)"
@@ -615,10 +485,4 @@ class Simulation:
 
         def __getattr__(self, name: str) -> Any:
             """Only for names that are not there: those of earlier versions say where they are now."""
-            if name == "view":
-                raise AttributeError("simulation.view() is now amontons.view(simulation)")
-            for part in (Kinematics, Forces):
-                if not name.startswith("_") and hasattr(part, name):
-                    where = part.__name__.lower()
-                    raise AttributeError(f"simulation.{name} is now simulation.{where}.{name}")
-            raise AttributeError(f"a simulation has no attribute {name!r}{suggestion(name, dir(self))}")
+            raise no_attribute(self, name, (Kinematics, Forces))

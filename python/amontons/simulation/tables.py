@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..model.drives import Tendon
 from ..model.model import Model
 from ..model.parts import WORLD
-from .outcome import Table
+from .step_report import Table
 
 CONTACTS = np.dtype(
     [

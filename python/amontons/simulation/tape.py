@@ -24,7 +24,12 @@ from .tangent import along_velocities, of_coordinates
 
 @dataclass(frozen=True)
 class Gradient:
-    """Derivatives of a loss over what a rollout was given, as `Rollout.vjp` returns them."""
+    """Derivatives of a loss over what a rollout was given, as `Rollout.vjp` returns them.
+
+    >>> worlds = rollout(scenes.make("pendulum"), np.zeros((3, 2)), steps=10, tape=True)
+    >>> worlds.vjp(q=np.ones_like(worlds.q)).q.shape
+    (3, 1)
+    """
 
     q: Array
     """(worlds, nq), over q at the start. A loss does not change with the length of a quaternion"""

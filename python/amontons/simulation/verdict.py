@@ -6,9 +6,9 @@ import logging
 import warnings
 from typing import Any
 
-from .. import _core, watching
+from .. import _core, step_counts
 from ..errors import SimulationError, StepWarning
-from ..visible import visible
+from ..escapes import visible
 
 logger = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ def check_steps(simulation: Any, last: _core.Report, steps: int, residual: float
             *(last.time, last.status, residual, last.iterations, last.contacts),
         )
     usual = last.is_usual(simulation._model.length)
-    counted = watching.saw(residual, steps=steps, missed=not usual and not last.is_sound)
+    counted = step_counts.saw(residual, steps=steps, missed=not usual and not last.is_sound)
     if usual:
         return
     on_failure = simulation._options["on_failure"]

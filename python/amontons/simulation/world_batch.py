@@ -18,10 +18,6 @@ from .simulation import Simulation
 class WorldBatch:
     """Worlds of a model, or of its variants, stepped side by side in C++ threads, without Python's lock.
 
-    batch = amontons.WorldBatch(model, 1000, dt=2e-3)
-    batch.step(controls)  # (worlds, controls)
-    batch.reset(batch.q[:, 2] < 0.3)
-
     model: of all worlds, or one per world: variants (`Model.with_`) with the same coordinates and controls.
     worlds: how many; None: one per model.
     threads: worlds at a time, by default as many as there are cores to use. Every world has the bits that it
@@ -31,6 +27,11 @@ class WorldBatch:
 
     The arrays keep their memory: who holds one, or a view of it by `numpy.from_dlpack` or
     `torch.from_dlpack`, sees the present state. Raises InputError naming the argument.
+
+    >>> batch = WorldBatch(scenes.make("pendulum"), 4)
+    >>> batch.step()  # or batch.step(controls), (worlds, controls)
+    >>> batch.q.shape
+    (4, 1)
     """
 
     simulations: list[Simulation]

@@ -30,6 +30,8 @@ JUMP = 0.5
 """Relative: slopes to both sides that differ by more have an event of a contact between them."""
 UNSEEN = 1e-9
 """Relative: a parameter whose whole change moves the residuals by less has no influence."""
+NOTHING = 1e-9
+"""A parameter below counts as zero."""
 OUTLIER = 3.0
 """Standard deviations of residuals, from where `robust` counts them less."""
 LIMITS = {"restitution": (0.0, 1.0), "gain": (-np.inf, np.inf)}
@@ -38,7 +40,11 @@ LIMITS = {"restitution": (0.0, 1.0), "gain": (-np.inf, np.inf)}
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured coordinates over time, in equal steps of time."""
+    """Measured coordinates over time, in equal steps of time.
+
+    >>> time = np.linspace(0, 1, 201)[:, None]
+    >>> motion = Motion(q=np.sin(time), qd=np.cos(time), interval=5e-3)
+    """
 
     q: ArrayLike
     """(frames, nq), as `Simulation.q`"""
@@ -52,7 +58,14 @@ class Motion:
 
 @dataclass(frozen=True)
 class Fit:
-    """Estimates of parameters, as `identify` returns them."""
+    """Estimates of parameters, as `identify` returns them.
+
+    >>> model = scenes.make("pendulum").with_(damping={"hinge": 0.1})
+    >>> run = rollout(model.with_(damping={"hinge": 0.2}), [[1.0, 0.0]], steps=100)
+    >>> fit = identify(model, Motion(run.q[0], run.qd[0]), ["damping:hinge"])
+    >>> round(fit["damping:hinge"], 2), fit.unseen
+    (0.2, ())
+    """
 
     parameters: tuple[str, ...]
     """their names, as they were given"""
@@ -129,9 +142,6 @@ def identify(
 ) -> Fit:
     """Parameters with which a model moves as it was recorded, by nonlinear least squares.
 
-    fit = amontons.identify(model, recording, ["damping:elbow", "friction:box"])
-    better = fit.model
-
     model: the start, with parameters near the right ones. data: recordings, or arrays as `Motion`.
     parameters: names as "friction:foot", "mass:link2", "damping:elbow", "armature:*", "gain:servo",
         "restitution:cube": a quantity of `Model.with_` and a name or pattern, all with one value.
@@ -145,6 +155,11 @@ def identify(
 
     Derivatives are differences of whole pieces, so that contacts may begin and end in them. Warns
     (ModelWarning) of parameters without influence on the motion. Raises InputError naming the argument.
+
+    >>> model = scenes.make("pendulum").with_(damping={"hinge": 0.1})
+    >>> run = rollout(model.with_(damping={"hinge": 0.2}), [[1.0, 0.0]], steps=100)
+    >>> fit = identify(model, Motion(run.q[0], run.qd[0]), ["damping:hinge"])
+    >>> better = fit.model
     """
     if not isinstance(model, Model):
         raise no_model("model", model)
@@ -182,9 +197,11 @@ def _estimate(
         return whole
 
     def solve(x: Array, loss: str, scale: float) -> Array:
+        # The first step is as long as x: from 0, the usual bound, the optimiser would stop at once.
+        inside = np.clip(np.where(np.abs(x) > NOTHING, x, CHANGE), bounds[0][free], bounds[1][free])
         return least_squares(
             lambda x: problem.residuals(full(x)),
-            x,
+            inside,
             jac=lambda x: problem.jacobian(full(x))[:, free],
             bounds=(bounds[0][free], bounds[1][free]),
             x_scale="jac",

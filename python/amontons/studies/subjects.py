@@ -16,8 +16,8 @@ import numpy as np
 
 from ..checks import suggestion
 from ..errors import FileError, InputError
-from ..simulation.outcome import Report
 from ..simulation.simulation import Simulation
+from ..simulation.step_report import Report
 
 MODELS = (".xml", ".mjcf", ".urdf")
 DURATION = 5.0

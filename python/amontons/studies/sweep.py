@@ -75,6 +75,11 @@ def sweep(
 
     Raises InputError and FileError before anything is run, and InputError when the executor is lost.
     Needs `pip install "amontons[studies]"`.
+
+    >>> def run(angle):
+    ...     return {"height": np.cos(angle)}
+    >>> sweep(run, {"angle": [0.0, 0.5]}, executor=0, progress=False).num_rows
+    2
     """
     require_parts("pyarrow")
     if isinstance(run, str):
@@ -93,16 +98,22 @@ def sweep(
         left = [p for p in todo if p.key not in rows or rows[p.key]["status"] in redo]
         before = len(todo) - len(left)
         logger.info("study of %s: %d runs, %d of them done before", identity(run), len(todo), before)
-        try:
-            with _bar(len(todo), progress) as tell:
-                tell(before, 0, None)
-                _drive(left, run, workers, rows, retries, timeout, Attendance(workers, patience), tell)
-        finally:
-            try:
-                workers.close()
-            finally:
-                rows.write(first=(p.key for p in todo))
+        with _kept(workers, rows, todo), _bar(len(todo), progress) as tell:
+            tell(before, 0, None)
+            _drive(left, run, workers, rows, retries, timeout, Attendance(workers, patience), tell)
         return rows.table(p.key for p in todo)
+
+
+@contextmanager
+def _kept(workers: Here | Submitted | Processes, rows: Rows, todo: Sequence[Point]) -> Iterator[None]:
+    """Closes the workers at the end and writes the rows, whatever ends the study."""
+    try:
+        yield
+    finally:
+        try:
+            workers.close()
+        finally:
+            rows.write(first=(p.key for p in todo))
 
 
 def _require_statuses(redo: Collection[str]) -> None:

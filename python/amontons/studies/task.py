@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..watching import OverdueError, Watch, watched
+from ..step_counts import OverdueError, Watch, watched
 from .points import RESERVED, plain
 
 Row = dict[str, Any]

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from ..visible import visible
+from ..escapes import visible
 
 Command = Callable[[], None]
 Post = Callable[[Command], None]

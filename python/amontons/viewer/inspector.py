@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..escapes import visible
 from ..model.model import Model
-from ..visible import visible
 from .events import Post, literal, on_user
 from .runs import LiveRun, ReplayRun
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ..escapes import visible
 from ..ranges import FARTHEST
-from ..visible import visible
 
 PHASES = ("start", "update", "end")
 
@@ -19,7 +19,7 @@ class Refused(Exception):
 def checked(raw: object, inputs: Mapping[str, Any]) -> bytes:
     """The message itself, if viser and the viewer can take it; inputs: the controls of the page."""
     import msgspec
-    from viser._messages import Message
+    from viser.infra import Message
 
     if not isinstance(raw, bytes):
         raise Refused("a text")

@@ -8,13 +8,11 @@ import numpy as np
 
 from ..checks import Array
 from ..model.shapes import Cylinder
+from ..report.force_lines import Lines
 from ..report.surfaces import surface_of
 
 if TYPE_CHECKING:
     import viser
-
-Lines = tuple[Array, Array, Array, Array]
-"""Starts, ends (k, 3), widths (k,) in m and colours (k, 3), as `report.force_lines` makes them."""
 
 
 class Network:

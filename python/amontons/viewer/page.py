@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..checks import Array
+from ..escapes import visible
 from ..io.files import write_whole
 from ..io.recordings.recording import Recording
 from ..model.model import Model
@@ -19,7 +20,6 @@ from ..report.extents import Balls
 from ..report.force_lines import Forces, force_lines, forces_of, width_per_newton
 from ..report.picture import Frame, require_contacts
 from ..report.replays.film import movie_frames
-from ..visible import visible
 from .gate import Gate
 from .network import Network
 from .stage import Stage

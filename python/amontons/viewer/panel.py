@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ..visible import visible
+from ..escapes import visible
 from .events import Post, on_user
 from .inspector import Inspector
 from .marks import KINDS, Marks

@@ -12,8 +12,8 @@ from ..checks import Array, positive
 from ..errors import InputError
 from ..io.recordings.recording import Recording
 from ..model.model import Model
-from ..simulation.outcome import Table, energy
 from ..simulation.simulation import Simulation
+from ..simulation.step_report import Table, energy
 from .spring import Spring
 
 HISTORY = 600

@@ -89,15 +89,22 @@ class Stage:
         self.show_through(self._hidden(positions.reshape(-1, *positions.shape[-2:])[0], eye) > 0.4)
 
     def _eye(self, centre: Array, size: float) -> Array:
-        """The first place that is not inside of something fixed: AROUND the centre, or nearer, or above."""
+        """The first place AROUND the centre that is not between things that are fixed, as in a funnel; in a
+        hall, that is not inside of one; or nearer, or above."""
         far = NEARER * size / (2 * math.tan(math.radians(FIELD) / 2))
         flat, up = math.cos(math.radians(ABOVE)), math.sin(math.radians(ABOVE))
+        turns = np.radians(AROUND)
+        ways = np.column_stack((flat * np.cos(turns), flat * np.sin(turns), np.full(len(turns), up)))
+        fixed = [batch for batch, _ in self._batches if not batch.moves and batch.surface.closed]
+        low, high = _bounds(fixed)
+        for distance in (far, 1.6 * far):
+            for eye in centre + distance * ways:
+                if (eye < low).any() or (eye > high).any():
+                    return np.array(eye)
         for distance in (far, 0.6 * far):
-            for around in np.radians(AROUND):
-                way = np.array([flat * math.cos(around), flat * math.sin(around), up])
-                eye: Array = centre + distance * way
-                if not any(inside(batch, eye) for batch, _ in self._batches if not batch.moves):
-                    return eye
+            for eye in centre + distance * ways:
+                if not any(inside(batch, eye) for batch in fixed):
+                    return np.array(eye)
         return centre + far * np.array([0.0, 0.0, 1.0])
 
     def show_through(self, wanted: bool) -> None:
@@ -261,6 +268,17 @@ def behind(batch: Batch, eye: Array, points: Array) -> NDArray[np.bool_]:
         enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
         found |= (enter < leave) & (enter > 0) & (leave < 1)
     return found
+
+
+def _bounds(batches: list[Batch]) -> tuple[Array, Array]:
+    """The lowest and the highest coordinates (3,) of all instances of these, which do not move."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for batch in batches:
+        for at, q, scale in zip(batch.positions, batch.rotations, batch.scales, strict=True):
+            corners = batch.surface.vertices * scale
+            there = at + turned(np.broadcast_to(q, (len(corners), 4)), corners)
+            low, high = np.minimum(low, there.min(axis=0)), np.maximum(high, there.max(axis=0))
+    return low, high
 
 
 def inside(batch: Batch, eye: Array) -> bool:

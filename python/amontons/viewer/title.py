@@ -7,7 +7,7 @@ import html
 from pathlib import Path
 from typing import Any
 
-from ..visible import visible
+from ..escapes import visible
 
 FILES = (".xml", ".mjcf", ".urdf", ".h5", ".hdf5", ".hdf")
 OF_VISER = "<title>Viser</title>"

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..checks import Array, integer
 from ..errors import InputError, SimulationError
-from ..visible import visible
+from ..escapes import visible
 from .events import Command
 from .gate import Gate
 from .marks import Marks

@@ -179,8 +179,8 @@ const CapPolygon& cap_polygon() {
   return polygon;
 }
 
-// A capsule is represented by its generator along the direction. Ellipsoids and spheres only have the extreme
-// point.
+// A capsule is represented by its generator along the direction. A shape that is curved everywhere, such as
+// an ellipsoid, needs no case: only its extreme point supports it.
 void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* through, const Vec3* phase,
                         Feature& feature) {
   switch (body.kind) {
@@ -199,10 +199,10 @@ void supporting_feature(const Convex& body, const Vec3& direction, const Vec3* t
       return box_feature(body, direction, feature);
     case Convex::Kind::cylinder:
       return cylinder_feature(body, direction, phase, feature);
-    case Convex::Kind::ellipsoid:
-      return feature.set({support(body, direction)});
     case Convex::Kind::hull:
       return hull_feature(body, direction, through, feature);
+    default:
+      return feature.set({support(body, direction)});
   }
 }
 

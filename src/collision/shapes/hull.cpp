@@ -380,6 +380,8 @@ Hull make_hull(std::span<const Vec3> vertices, std::span<const Triangle> triangl
   // Tolerances of the narrow phase are relative to it.
   hull->extent = 0.5 * norm(hull->box.upper - hull->box.lower);
   check_convex(*hull, 4 * tolerance);
+  hull->given_vertices.assign(vertices.begin(), vertices.end());
+  hull->given_triangles.assign(triangles.begin(), triangles.end());
   return {std::move(hull)};
 }
 

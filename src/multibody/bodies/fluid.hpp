@@ -6,10 +6,10 @@
 
 namespace amontons {
 
-// Adds the impulses of the fluid on the boxes of bodies over `kick` (about their centres of mass). `stopped`,
-// per body: drag takes most of a motion within it.
+// Adds the impulses of the fluid on the boxes of bodies over `kick` (about their centres of mass), at the
+// velocities in the state. `stopped`, per body: drag takes most of a motion within it.
 void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMobilities& mobility,
-                     const BodyVelocities& v, double kick, std::vector<BodyImpulse>& loads,
+                     const State& state, double kick, std::vector<BodyImpulse>& loads,
                      std::vector<unsigned char>& stopped);
 
 }  // namespace amontons

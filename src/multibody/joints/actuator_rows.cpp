@@ -77,7 +77,8 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
   // The stored impulse is along L = G l.
   RowTag tag{RowKind::actuator, index, 0};
   tag.scale = s / G;
-  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort}, s, in.options);
+  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort, line.rate}, s,
+                           line.inverse_mass, in.options);
   if (!terms) {
     tag.scale = 1 / G;
     if (G != 0) rows.efforts.push_back({tag, in.options.kick * known_effort(law)});
@@ -95,9 +96,10 @@ void append_actuator_rows(const RowInput& in, JointRows& rows) {
     const double rate = row_velocity(line.row, in.bodies.start);
     const double s = turn_of(t) > 0 ? in.model.length() : 1;  // the row of a torque is that of an angle
     line.row.scale(s);
-    if (inverse_effective_mass(line.row, in.bodies.mobility) == 0) continue;
+    const double inverse_mass = inverse_effective_mass(line.row, in.bodies.mobility);
+    if (inverse_mass == 0) continue;
     const NarrowRow narrow = narrowed(line.row, in.bodies, 0, {RowKind::actuator, a, -1}, rows);
-    append_actuator(in, a, {narrow.row, s, line.length, rate}, rows);
+    append_actuator(in, a, {narrow.row, s, inverse_mass, line.length, rate}, rows);
   }
 }
 

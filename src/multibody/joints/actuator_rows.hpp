@@ -22,7 +22,8 @@ double next_activation(const Actuator& actuator, double control, double activati
 // of l.
 struct ActuatedLine {
   JacobianRow row;
-  double scale, length, rate;  // of l, at the start of the step
+  double scale, inverse_mass;  // of the row
+  double length, rate;         // l and l' at the start of the step
   double offset = 0;
 };
 // Appends the row of an actuator, or records its known effort.

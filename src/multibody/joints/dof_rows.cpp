@@ -72,21 +72,17 @@ struct DofRow {
   RowTag tag(RowKind kind, double sign = 1) const { return {kind, joint, index, sign, {}, {}, scale}; }
 };
 
-// Spring, damper and inertia of a coordinate by the rule that the step resolves.
-std::optional<RowTerms> resolved_terms(const RowInput& in, const DofRow& d, Drive drive) {
+// Spring, damper and inertia of a coordinate.
+std::optional<RowTerms> terms_of(const RowInput& in, const DofRow& d, Drive drive) {
   drive.speed = row_velocity(d.row, in.bodies.start) / d.scale;
-  // Displacements that correct positions take the spring at their end.
-  if (!in.options.dampers) return drive_terms(drive, d.scale, in.options);
-  const double inverse_mass = inverse_effective_mass(d.row, in.bodies) / (d.scale * d.scale);
-  const double euler = euler_share(drive.stiffness, drive.damping, inverse_mass, in.options.h);
-  return drive_terms(drive, d.scale, in.options, euler);
+  return drive_terms(drive, d.scale, inverse_effective_mass(d.row, in.bodies), in.options);
 }
 
 void append_passive(const RowInput& in, const DofRow& d, JointRows& rows) {
   const Dof& dof = d.dof;
   const double damping = in.options.dampers ? dof.damping : 0;
   if (dof.stiffness == 0 && damping == 0 && dof.armature == 0) return;
-  const auto terms = resolved_terms(in, d, {dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before});
+  const auto terms = terms_of(in, d, {dof.stiffness, d.q - dof.rest, damping, dof.armature, d.before});
   if (terms) rows.append(Bilateral{}, d.row, *terms, d.last.passive / d.scale, d.tag(RowKind::passive));
 }
 
@@ -115,10 +111,10 @@ RowTerms motor_terms(const RowInput& in, const DofRow& d) {
   const Motor& motor = d.dof.motor;
   const double h = in.options.h, s = d.scale;
   if (motor.kind == MotorKind::velocity) {
-    if (motor.kd > 0) return *resolved_terms(in, d, {0, 0, motor.kd, 0, 0, motor.kd * d.control});
+    if (motor.kd > 0) return *terms_of(in, d, {0, 0, motor.kd, 0, 0, motor.kd * d.control});
     return {0, -s * d.control};
   }
-  if (motor.kp > 0) return *resolved_terms(in, d, {motor.kp, d.q - d.control, motor.kd});
+  if (motor.kp > 0) return *terms_of(in, d, {motor.kp, d.q - d.control, motor.kd});
   // Turns can be counted if a step makes less than half of one; a quarter leaves room. A slide has no turns,
   // but a jump of the target by metres must not fling the bodies: at most a length.
   const double quarter_turn = 0.5 * std::numbers::pi;
@@ -189,7 +185,10 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
     if (!joint.in_tree) append_passive(in, d, rows);  // M of trees has them
     const double motor_speed = append_motor(in, d, rows);
     for (const Index k : in.model.actuators_of_dof(first + i))
-      append_actuator(in, k, {d.row, s, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);
+      append_actuator(in, k,
+                      {d.row, s, inverse_effective_mass(d.row, in.bodies), q[i],
+                       row_velocity(d.row, in.bodies.start) / s},
+                      rows);
     // Dry friction of a given size: the rate is zero while |x| < h friction, otherwise x is at the bound
     // against it. This is the variational inequality over that interval with c = 0.
     const double slip = in.state.dof_slips.empty() ? 0 : in.state.dof_slips[first + i];

@@ -112,10 +112,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
     const JacobianRow row = rotation_row(axis(k));
     const Drive drive{
         ball.ball_stiffness, r[k], damping, inertia, before[k], 0, row_velocity(row, in.bodies.start) / s};
-    const double inverse_mass = inverse_effective_mass(row, in.bodies) / (s * s);
-    const double euler =
-        in.options.dampers ? euler_share(ball.ball_stiffness, damping, inverse_mass, in.options.h) : 1;
-    if (const auto terms = drive_terms(drive, s, in.options, euler))
+    if (const auto terms = drive_terms(drive, s, inverse_effective_mass(row, in.bodies), in.options))
       rows.append(Bilateral{}, row, *terms, last[k] / s, tag_of(RowKind::ball, k));
   }
 

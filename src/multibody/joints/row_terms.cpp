@@ -35,7 +35,10 @@ double euler_share(double stiffness, double damping, double inverse_mass, double
 //   c = E (K k (stretch + s2 q'-) + K d s4 q'- - a q'- - K F)
 // (docs/algorithm.md (8); Catto, "Soft constraints", GDC 2011, with the inertia of the drive added). k, d and
 // a of an angle are divided by s^2, and F by s, as D v is s q' and x is the impulse over s.
-std::optional<RowTerms> drive_terms(const Drive& d, double s, const JointOptions& options, double euler) {
+std::optional<RowTerms> drive_terms(const Drive& d, double s, double inverse_mass,
+                                    const JointOptions& options) {
+  const double euler =
+      options.dampers ? euler_share(d.stiffness, d.damping, inverse_mass / (s * s), options.h) : 1;
   const DriveShares share = drive_shares(options.h, options.last(), euler);
   const double kick = options.kick;
   const double k = d.stiffness / (s * s), a = d.inertia / (s * s), damping = d.damping / (s * s);

@@ -68,10 +68,11 @@ struct Drive {
   double effort = 0;
   double speed = 0;  // the same rate on the present Jacobian
 };
-// E and c of a drive in the row of a coordinate q, D v = s q'. Empty without spring, damper and inertia,
-// because the impulse is then known. `euler`: see DriveShares.
-std::optional<RowTerms> drive_terms(const Drive& drive, double s, const JointOptions& options,
-                                    double euler = 1);
+// E and c of a drive in the row of a coordinate q, D v = s q', with the inverse mass of the row. Empty
+// without spring, damper and inertia, because the impulse is then known. Displacements that correct positions
+// take the spring at their end.
+std::optional<RowTerms> drive_terms(const Drive& drive, double s, double inverse_mass,
+                                    const JointOptions& options);
 
 // The spring of a drive sees the stretch at the start plus stretch_after q'+ + stretch_before q'-, its damper
 // the rate rate_after q'+ + rate_before q'-. With euler = 0 this is the implicit midpoint rule, which keeps

@@ -82,10 +82,7 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
     append_end(in, t, 1, t.length - d.rest_lower, 1 / d.stiffness, spring, t.last.spring, rows);
     append_end(in, t, -1, d.rest_upper - t.length, 1 / d.stiffness, spring, t.last.spring, rows);
   }
-  const double inverse_mass = t.inverse_mass / (t.s * t.s);
-  const double euler =
-      in.options.dampers ? euler_share(both.stiffness, d.damping, inverse_mass, in.options.h) : 1;
-  if (auto terms = drive_terms(both, t.s, in.options, euler)) {
+  if (auto terms = drive_terms(both, t.s, t.inverse_mass, in.options)) {
     terms->c += t.narrow.offset;
     rows.append(Bilateral{}, t.narrow.row, *terms, t.last.passive / t.s, t.tag(drive));
   }
@@ -198,7 +195,7 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
       append_limits(in, row, inverse_mass, rows);
     }
     for (const Index a : actuators)
-      append_actuator(in, a, {narrow.row, s, line.length, start / s, narrow.offset}, rows);
+      append_actuator(in, a, {narrow.row, s, inverse_mass, line.length, start / s, narrow.offset}, rows);
   }
 }
 

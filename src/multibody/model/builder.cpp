@@ -1,9 +1,13 @@
 #include "amontons/multibody/model/builder.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 
+#include "amontons/base/elementary.hpp"
 #include "amontons/base/error.hpp"
-#include "amontons/collision/shapes/mass.hpp"
 
 namespace amontons {
 namespace {
@@ -18,7 +22,97 @@ std::string quoted(const char* kind, const std::string& name) {
   return name.empty() ? std::string(kind) + " without a name" : std::string(kind) + " \"" + name + "\"";
 }
 
-// Mass properties of a body from one source: the shape and one number, or mass and inertia.
+// A world frame in the frame of a body at its initial pose. Positions are subtracted first: that is exact for
+// frames near the body, however far both are from the origin.
+Transform local(const JointEnd& end, const Transform& frame) {
+  if (end.body == world) return frame;
+  const Quat back = conjugate(end.pose.rotation);
+  return {rotate(back, frame.position - end.pose.position), back * frame.rotation};
+}
+
+Vec3 direction(const std::string& who, const char* what, const Vec3& axis) {
+  AMONTONS_REQUIRE(is_finite(axis) && !(axis == Vec3{}),
+                   who + ": " + what + " is zero, not finite or not given; give a direction in the world");
+  // Divided by the largest entry first, so that squares do not overflow or underflow.
+  const double scale = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
+  return normalised(axis / scale);
+}
+
+// A degree of freedom of a kind of joint, along or about an axis of the frame of the joint.
+struct Freedom {
+  Dof::Kind kind = Dof::Kind::hinge;
+  Vec3 axis{0, 0, 1};
+};
+constexpr Freedom hinge{Dof::Kind::hinge}, slide{Dof::Kind::slide};
+constexpr Freedom slide_x{Dof::Kind::slide, {1, 0, 0}}, slide_y{Dof::Kind::slide, {0, 1, 0}};
+
+// A kind of joint that is a chain of `dofs` freedoms. The third axis of its frame is the axis of the joint;
+// without an axis the frame is turned as body B. With play only the freedom `own` takes what users give.
+struct Chain {
+  std::string_view name;
+  bool needs_point, has_axis;
+  std::size_t dofs = 0;
+  std::array<Freedom, 3> freedoms{};
+  bool spherical = false;
+  int own = -1;
+};
+constexpr Chain chains[] = {
+    {"ball", true, false, 0, {}, true},
+    {"revolute", true, true, 1, {hinge}},
+    {"prismatic", false, true, 1, {slide}},
+    {"cylindrical", true, true, 2, {slide, hinge}},
+    {"universal", true, true, 2, {hinge, hinge}},
+    {"planar", false, true, 3, {slide_x, slide_y, hinge}},
+    {"fixed", false, false},
+    {"point_on_line", true, true, 1, {slide}, true},
+    {"journal", true, true, 3, {slide_x, slide_y, hinge}, false, 2},
+    {"slider", false, true, 3, {slide_x, slide_y, hinge}, false, 0},
+};
+const Chain& chain_of(const std::string& kind) {
+  const Chain* chain =
+      std::find_if(std::begin(chains), std::end(chains), [&](const Chain& c) { return c.name == kind; });
+  AMONTONS_REQUIRE(chain != std::end(chains), "there is no kind of joint " + kind);
+  return *chain;
+}
+
+// The kind with play, once its data are known to be complete.
+const Chain& with_play(const std::string& kind, const NewJoint& given, const std::string& who) {
+  const bool none = given.play == 0;
+  for (const auto& [value, name] : {std::pair(given.play_length, "play_length"),
+                                    {given.journal_radius, "journal_radius"},
+                                    {given.play_friction, "play_friction"}})
+    AMONTONS_REQUIRE(!none || value == 0,
+                     who + ": " + name + " without play; give the clearance, as play=1e-4");
+  if (none) return chain_of(kind);
+  AMONTONS_REQUIRE(kind == "revolute" || kind == "prismatic",
+                   who + ": play is for revolute and prismatic joints");
+  AMONTONS_REQUIRE(kind == "revolute" || (given.play_length > 0 && !(given.play_normal == Vec3{})),
+                   who + ": play needs play_length > 0 and play_normal");
+  return chain_of(kind == "revolute" ? "journal" : "slider");
+}
+
+// The rotation of the frame of a slider with play, whose first axis is that of the joint and whose third is
+// the normal of the plane in which it tilts.
+Quat along_slider(const NewJoint& given, const Vec3& x, const std::string& who) {
+  const Vec3 z = direction(who, "play_normal", given.play_normal);
+  AMONTONS_REQUIRE(std::abs(dot(x, z)) <= 1e-6,
+                   who + ": play_normal is not normal to the axis; give a perpendicular one");
+  const Quat turn = rotation_to_z(z);
+  const Vec3 first = rotate(turn, {1, 0, 0});
+  const double half = 0.5 * elementary::atan2(dot(first, cross(z, x)), dot(first, x));
+  return turn * Quat{elementary::cos(half), 0, 0, -elementary::sin(half)};
+}
+
+Joint between(const std::string& who, const std::string& name, const JointEnd& a, const JointEnd& b) {
+  AMONTONS_REQUIRE(a.body != world, who + ": body A must not be the world; swap the bodies");
+  AMONTONS_REQUIRE(a.body != b.body, who + " joins a body to itself; it needs two bodies");
+  Joint joint;
+  joint.name = name, joint.body_a = a.body, joint.body_b = b.body;
+  return joint;
+}
+
+}  // namespace
+
 MassProperties solid_of(const NewBody& given, const std::string& who) {
   AMONTONS_REQUIRE(!(given.density != 0 && given.mass != 0),
                    who + ": density and mass are both given; keep one of them");
@@ -40,29 +134,64 @@ MassProperties solid_of(const NewBody& given, const std::string& who) {
   return solid;
 }
 
-// A world frame in the frame of a body at its initial pose. Positions are subtracted first: that is exact for
-// frames near the body, however far both are from the origin.
-Transform local(const ModelDescription& d, Index body, const Transform& frame) {
-  if (body == world) return frame;
-  const Transform& pose = d.bodies[body].pose;
-  const Quat back = conjugate(pose.rotation);
-  return {rotate(back, frame.position - pose.position), back * frame.rotation};
+std::size_t dofs_of_kind(const std::string& kind) { return chain_of(kind).dofs; }
+
+Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& b, const NewJoint& given) {
+  const std::string who = quoted("joint", given.name);
+  const Chain& chain = with_play(kind, given, who);
+  Joint joint = between(who, given.name, a, b);
+  AMONTONS_REQUIRE(given.point || !chain.needs_point, who + ": point is not given; give one in the world");
+  const std::size_t n = chain.own < 0 ? chain.dofs : 1;
+  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == n,
+                   who + ": dofs has " + std::to_string(given.dofs.size()) + " entries; the joint has " +
+                       std::to_string(n) + " degrees of freedom");
+  Transform frame{given.point.value_or((a.pose * a.part).position), (b.pose * b.part).rotation};
+  Vec3 axis;
+  if (chain.has_axis) {
+    axis = direction(who, "axis", given.axis);
+    frame.rotation =
+        kind == "prismatic" && chain.own >= 0 ? along_slider(given, axis, who) : rotation_to_z(axis);
+  }
+  joint.frame_a = local(a, frame), joint.frame_b = local(b, frame);
+  joint.spherical = chain.spherical;
+  joint.compliance = given.compliance, joint.collide = given.collide;
+  joint.play = given.play, joint.play_length = given.play_length;
+  joint.journal_radius = given.journal_radius, joint.play_friction = given.play_friction;
+  for (std::size_t k = 0; k < chain.dofs; ++k) {
+    Dof& dof = joint.dofs.emplace_back();
+    if (chain.own < 0) dof = given.dofs.empty() ? given.dof : given.dofs[k];
+    if (chain.own == static_cast<int>(k)) dof = given.dofs.empty() ? given.dof : given.dofs[0];
+    dof.kind = chain.freedoms[k].kind, dof.axis = chain.freedoms[k].axis, dof.anchor = {};
+  }
+  if (kind == "universal") {
+    const Vec3 second = direction(who, "axis_2", given.axis_2);
+    AMONTONS_REQUIRE(norm_squared(cross(axis, second)) >= 1e-6,
+                     who + ": the two axes are parallel; give two directions");
+    joint.dofs[1].axis = rotate(conjugate(frame.rotation), second);
+  }
+  if (kind == "ball") {
+    joint.ball_stiffness = given.dof.stiffness, joint.ball_damping = given.dof.damping;
+    joint.ball_friction = given.dof.friction, joint.ball_armature = given.dof.armature;
+    joint.ball_limit = given.dof.upper;
+  }
+  return joint;
 }
 
-Vec3 direction(const std::string& who, const char* what, const Vec3& axis) {
-  AMONTONS_REQUIRE(is_finite(axis) && !(axis == Vec3{}),
-                   who + ": " + what + " is zero, not finite or not given; give a direction in the world");
-  // Divided by the largest entry first, so that squares do not overflow or underflow.
-  const double scale = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
-  return normalised(axis / scale);
+Joint rod_between(const JointEnd& a, const JointEnd& b, const NewRod& given) {
+  const std::string who = quoted("joint", given.name);
+  Joint joint = between(who, given.name, a, b);
+  const bool limits = given.lower || given.upper;
+  AMONTONS_REQUIRE(!(limits && given.length), who + ": length and limits are both given; keep one of them");
+  const double length = given.length.value_or(norm(given.point_a - given.point_b));
+  AMONTONS_REQUIRE(limits || length > 0, who + ": the length must be positive, or use a ball joint");
+  joint.kind = JointKind::distance;
+  joint.frame_a = local(a, {given.point_a, {}});
+  joint.frame_b = local(b, {given.point_b, {}});
+  joint.lower_distance = limits ? given.lower.value_or(0) : length;
+  joint.upper_distance = limits ? given.upper.value_or(infinity) : length;
+  joint.compliance = given.compliance, joint.collide = given.collide;
+  return joint;
 }
-
-// The rotation of a frame whose third axis is the axis of the joint.
-Quat along(const char* kind, const NewJoint& given) {
-  return rotation_to_z(direction(quoted(kind, given.name), "axis", given.axis));
-}
-
-}  // namespace
 
 Index ModelBuilder::add_body(const std::string& name, const NewBody& given) {
   const std::string who = quoted("body", name);
@@ -112,107 +241,21 @@ Index ModelBuilder::add_floor(double height, const Material& material, const std
                    .mask = everything});
 }
 
-Joint ModelBuilder::between(const std::string& who, const std::string& name, Reference a, Reference b) const {
-  Joint joint;
-  joint.name = name;
+JointEnd ModelBuilder::end(Reference body, const std::string& joint) const {
   try {
-    joint.body_a = a.body_among(d_.bodies), joint.body_b = b.body_among(d_.bodies);
+    const Index b = body.body_among(d_.bodies);
+    return {b, b == world ? Transform{} : d_.bodies[b].pose, {}};
   } catch (const InputError& error) {
-    throw InputError(who + ": " + error.what());
+    throw InputError(quoted("joint", joint) + ": " + error.what());
   }
-  AMONTONS_REQUIRE(joint.body_a != world, who + ": body A must not be the world; swap the bodies");
-  AMONTONS_REQUIRE(joint.body_a != joint.body_b, who + " joins a body to itself; it needs two bodies");
-  return joint;
 }
 
-Index ModelBuilder::add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                              std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
-                              bool spherical) {
-  const std::string who = quoted(kind, given.name);
-  Joint joint = between(who, given.name, a, b);
-  AMONTONS_REQUIRE(given.point || point == Use::optional,
-                   who + ": point is not given; give one in the world");
-  AMONTONS_REQUIRE(given.dofs.empty() || given.dofs.size() == freedoms.size(),
-                   who + ": dofs has " + std::to_string(given.dofs.size()) + " entries; the joint has " +
-                       std::to_string(freedoms.size()) + " degrees of freedom");
-  const Quat as_b = joint.body_b == world ? Quat{} : d_.bodies[joint.body_b].pose.rotation;
-  const Transform frame{given.point.value_or(d_.bodies[joint.body_a].pose.position), rotation.value_or(as_b)};
-  joint.frame_a = local(d_, joint.body_a, frame), joint.frame_b = local(d_, joint.body_b, frame);
-  joint.spherical = spherical;
-  joint.compliance = given.compliance, joint.collide = given.collide;
-  for (const Freedom& freedom : freedoms) {
-    Dof& dof =
-        joint.dofs.emplace_back(given.dofs.empty() ? given.dof : given.dofs[&freedom - std::data(freedoms)]);
-    dof.kind = freedom.kind, dof.axis = freedom.axis, dof.anchor = {};
-  }
-  return append(d_.joints, joint);
-}
-
-Index ModelBuilder::add_ball_joint(Reference a, Reference b, const NewJoint& given) {
-  const Index index = add_chain("ball joint", a, b, given, Use::required, {}, {}, true);
-  Joint& joint = d_.joints[index];
-  joint.ball_stiffness = given.dof.stiffness, joint.ball_damping = given.dof.damping;
-  joint.ball_friction = given.dof.friction, joint.ball_armature = given.dof.armature;
-  joint.ball_limit = given.dof.upper;
-  return index;
-}
-
-Index ModelBuilder::add_revolute_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "revolute joint";
-  return add_chain(kind, a, b, given, Use::required, along(kind, given), {{Dof::Kind::hinge}});
-}
-
-Index ModelBuilder::add_prismatic_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "prismatic joint";
-  return add_chain(kind, a, b, given, Use::optional, along(kind, given), {{Dof::Kind::slide}});
-}
-
-Index ModelBuilder::add_cylindrical_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "cylindrical joint";
-  return add_chain(kind, a, b, given, Use::required, along(kind, given),
-                   {{Dof::Kind::slide}, {Dof::Kind::hinge}});
-}
-
-Index ModelBuilder::add_universal_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "universal joint";
-  const std::string who = quoted(kind, given.name);
-  const Quat rotation = along(kind, given);
-  const Vec3 first = direction(who, "axis", given.axis), second = direction(who, "axis_2", given.axis_2);
-  AMONTONS_REQUIRE(norm_squared(cross(first, second)) >= 1e-6,
-                   who + ": axis and axis_2 are parallel; give two directions");
-  return add_chain(kind, a, b, given, Use::required, rotation,
-                   {{Dof::Kind::hinge}, {Dof::Kind::hinge, rotate(conjugate(rotation), second)}});
-}
-
-Index ModelBuilder::add_planar_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "planar joint";
-  return add_chain(kind, a, b, given, Use::optional, along(kind, given),
-                   {{Dof::Kind::slide, {1, 0, 0}}, {Dof::Kind::slide, {0, 1, 0}}, {Dof::Kind::hinge}});
-}
-
-Index ModelBuilder::add_fixed_joint(Reference a, Reference b, const NewJoint& given) {
-  return add_chain("fixed joint", a, b, given, Use::optional, {}, {});
-}
-
-Index ModelBuilder::add_point_on_line_joint(Reference a, Reference b, const NewJoint& given) {
-  const char* kind = "point-on-line joint";
-  return add_chain(kind, a, b, given, Use::required, along(kind, given), {{Dof::Kind::slide}}, true);
+Index ModelBuilder::add(const char* kind, Reference a, Reference b, const NewJoint& given) {
+  return append(d_.joints, joint_between(kind, end(a, given.name), end(b, given.name), given));
 }
 
 Index ModelBuilder::add_distance_joint(Reference a, Reference b, const NewRod& given) {
-  const std::string who = quoted("distance joint", given.name);
-  Joint joint = between(who, given.name, a, b);
-  const bool limits = given.lower || given.upper;
-  AMONTONS_REQUIRE(!(limits && given.length), who + ": length and limits are both given; keep one of them");
-  const double length = given.length.value_or(norm(given.point_a - given.point_b));
-  AMONTONS_REQUIRE(limits || length > 0, who + ": the length must be positive, or use a ball joint");
-  joint.kind = JointKind::distance;
-  joint.frame_a = local(d_, joint.body_a, {given.point_a, {}});
-  joint.frame_b = local(d_, joint.body_b, {given.point_b, {}});
-  joint.lower_distance = limits ? given.lower.value_or(0) : length;
-  joint.upper_distance = limits ? given.upper.value_or(infinity) : length;
-  joint.compliance = given.compliance, joint.collide = given.collide;
-  return append(d_.joints, joint);
+  return append(d_.joints, rod_between(end(a, given.name), end(b, given.name), given));
 }
 
 void ModelBuilder::exclude(Reference a, Reference b) {

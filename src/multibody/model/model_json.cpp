@@ -10,13 +10,17 @@
 #include <system_error>
 
 #include "amontons/base/error.hpp"
-#include "amontons/multibody/model/fields.hpp"
+#include "amontons/multibody/model/description.hpp"
 
 namespace amontons {
 namespace {
 
 using Json = nlohmann::json;
 using detail::fields, detail::values_of, detail::Described;
+using Triangle = std::array<std::int32_t, 3>;
+
+// The kind of a shape that is for pictures alone.
+constexpr auto picture_mesh = "TriangleMesh";
 
 // A value of the file with its path, which is formatted only for a message.
 struct Place {
@@ -43,19 +47,11 @@ struct Place {
   }
 };
 
-// Keys of the file that C++ ignores: visuals, sensors, presets, and the names of links that were merged into
-// bodies.
+// Keys of a model that are no fields of it.
 template <class T>
 constexpr std::array<const char*, 0> passed_over{};
 template <>
-constexpr std::array<const char*, 1> passed_over<Dof>{"name"};
-template <>
-constexpr std::array<const char*, 1> passed_over<Geom>{"link"};
-template <>
-constexpr std::array<const char*, 2> passed_over<Joint>{"link_a", "link_b"};
-template <>
-constexpr std::array<const char*, 8> passed_over<ModelDescription>{
-    "version", "shapes", "keyframes", "unread", "sites", "sensors", "visuals", "links"};
+constexpr std::array<const char*, 2> passed_over<ModelDescription>{"version", "shapes"};
 
 class Reader {
  public:
@@ -146,11 +142,17 @@ class Reader {
     }
     p.fail("give one of " + known);
   }
-  void read(const Place& p, Shape& x) const {
+  void read(const Place& p, Look& x) const {
     std::uint32_t index = 0;
     read(p, index);
-    if (index >= shapes_.size() || !shapes_[index]) p.fail("there is no such shape in \"shapes\"");
-    x = *shapes_[index];
+    if (index >= shapes_.size()) p.fail("there is no such shape in \"shapes\"");
+    x = shapes_[index];
+  }
+  void read(const Place& p, Shape& x) const {
+    Look look;
+    read(p, look);
+    if (!look.shape) p.fail("there is no such shape in \"shapes\": that one is for pictures");
+    x = *look.shape;
   }
   // A part of the model. Every key of the object must be known, so that nothing that affects motion is lost.
   // Null means the default of the field.
@@ -163,6 +165,8 @@ class Reader {
     for (const auto& item : p.value.items()) {
       const std::string& key = item.key();
       const auto& value = item.value();
+      // Before actuators were parts of a model, the key had names of motors, which its joints have still.
+      if (std::is_same_v<T, ModelDescription> && key == "actuators" && !value.is_array()) continue;
       const auto take = [&](const auto& field) {
         if (key != field.name) return false;
         if (!value.is_null()) read({value, &p, field.name}, part.*field.member);
@@ -175,37 +179,68 @@ class Reader {
   }
 
  private:
-  // Empty for shapes that are only visual.
-  std::optional<Shape> shape_of(const Place& p) const {
+  Look shape_of(const Place& p) const {
     if (!p.value.is_object() || !p.value.contains("kind")) p.fail("give an object with a \"kind\"");
     const Json& kind = p.value["kind"];
-    if (kind == "TriangleMesh") return std::nullopt;
-    const auto get = [&]<class T>(const char* key, T value) {
-      if (!p.value.contains(key)) p.fail(std::string("there is no \"") + key + "\"");
-      read(p.field(key), value);
-      return value;
-    };
-    const auto number = [&](const char* key) { return get(key, 0.0); };
     try {
-      if (kind == "Sphere") return Sphere{number("radius")};
-      if (kind == "Capsule") return Capsule{number("radius"), number("half_length")};
-      if (kind == "Box") return Box{get("half", Vec3{})};
-      if (kind == "Cylinder") return Cylinder{number("radius"), number("half_length")};
-      if (kind == "Ellipsoid") return Ellipsoid{get("radii", Vec3{})};
-      if (kind == "Plane") return Plane{};
-      if (kind == "HeightField")
-        return grid_of(get("heights", std::vector<std::vector<double>>{}), number("size_x"),
-                       number("size_y"));
-      if (kind == "Hull" || kind == "Mesh") {
-        const auto points = get("vertices", std::vector<Vec3>{});
-        const auto triangles = get("triangles", std::vector<std::array<std::int32_t, 3>>{});
-        return kind == "Hull" ? Shape(make_hull(points, triangles)) : Shape(make_mesh(points, triangles));
+      Look look;
+      if (kind == picture_mesh) {
+        PictureMesh mesh;
+        read_lengths(p, mesh);
+        look.mesh = std::make_shared<const PictureMesh>(std::move(mesh));
+        return look;
       }
+      const auto take = [&]<class S>() {
+        if (kind != detail::shape_name<S>) return false;
+        look.shape = shape_of_kind(p, std::type_identity<S>());
+        return true;
+      };
+      if (detail::any_shape(take)) return look;
     } catch (const InputError& error) {  // thrown by the shape's constructor, which does not know the place
       if (std::string_view(error.what()).starts_with(p.path())) throw;
       p.fail(error.what());
     }
     p.fail("the kind of shape is not known");
+  }
+  // A value that has no default. A shape without its size is no shape, and a message says so before the
+  // constructor of the shape is asked.
+  template <class T>
+  void require(const Place& p, const char* key, T& value) const {
+    if (!p.value.contains(key)) p.fail(std::string("there is no \"") + key + "\"");
+    read(p.field(key), value);
+  }
+  template <Described S>
+  void read_lengths(const Place& p, S& shape) const {
+    std::apply([&](const auto&... field) { (require(p, field.name, shape.*field.member), ...); }, fields<S>);
+  }
+  // By overload: a shape of a few lengths has its fields, the others have arrays from which they are made.
+  template <Described S>
+  Shape shape_of_kind(const Place& p, std::type_identity<S>) const {
+    S shape{};
+    read_lengths(p, shape);
+    return shape;
+  }
+  template <class S>
+  Shape shape_of_triangles(const Place& p, S make(std::span<const Vec3>, std::span<const Triangle>)) const {
+    std::vector<Vec3> points;
+    std::vector<Triangle> triangles;
+    require(p, "vertices", points);
+    require(p, "triangles", triangles);
+    return make(points, triangles);
+  }
+  Shape shape_of_kind(const Place& p, std::type_identity<Hull>) const {
+    return shape_of_triangles(p, make_hull);
+  }
+  Shape shape_of_kind(const Place& p, std::type_identity<Mesh>) const {
+    return shape_of_triangles(p, make_mesh);
+  }
+  Shape shape_of_kind(const Place& p, std::type_identity<HeightField>) const {
+    std::vector<std::vector<double>> heights;
+    double size_x = 0, size_y = 0;
+    require(p, "heights", heights);
+    require(p, "size_x", size_x);
+    require(p, "size_y", size_y);
+    return grid_of(heights, size_x, size_y);
   }
   static Shape grid_of(const std::vector<std::vector<double>>& rows, double size_x, double size_y) {
     std::vector<double> heights;
@@ -216,7 +251,7 @@ class Reader {
     return make_height_field(heights, rows.size(), rows.empty() ? 0 : rows[0].size(), size_x, size_y);
   }
 
-  std::vector<std::optional<Shape>> shapes_;
+  std::vector<Look> shapes_;
 };
 
 // Writes a part by its fields, so that a field that fields.hpp names is written without more. Each write() is
@@ -268,10 +303,25 @@ class Writer {
           return nullptr;
         },
         shape);
-    const auto [known, added] = known_.try_emplace(corners, shapes.size());
-    if (corners && !added) return known->second;
-    shapes.push_back(std::visit([this](const auto& s) { return written(s); }, shape));
-    return shapes.size() - 1;
+    return listed(corners, [&] { return written_shape(shape); });
+  }
+  Json write(const Look& look) {
+    if (look.shape) return write(*look.shape);
+    if (!look.mesh) return {};
+    return listed(look.mesh.get(), [&] {
+      Json out = write(*look.mesh);
+      out["kind"] = picture_mesh;
+      return out;
+    });
+  }
+  Json written_shape(const Shape& shape) {
+    return std::visit(
+        [this]<class S>(const S& s) {
+          Json out = written(s);
+          out["kind"] = detail::shape_name<S>;
+          return out;
+        },
+        shape);
   }
   template <Described T>
   Json write(const T& part) {
@@ -295,36 +345,28 @@ class Writer {
   // is not asked for.
   std::map<const void*, std::size_t> known_;
 
-  Json written(const Sphere& s) { return {{"kind", "Sphere"}, {"radius", s.radius}}; }
-  Json written(const Box& s) { return {{"kind", "Box"}, {"half", write(s.half)}}; }
-  Json written(const Capsule& s) {
-    return {{"kind", "Capsule"}, {"radius", s.radius}, {"half_length", s.half_length}};
+  Json listed(const void* corners, auto&& make) {
+    const auto [known, added] = known_.try_emplace(corners, shapes.size());
+    if (corners && !added) return known->second;
+    shapes.push_back(make());
+    return shapes.size() - 1;
   }
-  Json written(const Cylinder& s) {
-    return {{"kind", "Cylinder"}, {"radius", s.radius}, {"half_length", s.half_length}};
+  template <Described S>
+  Json written(const S& s) {
+    return write(s);
   }
-  Json written(const Ellipsoid& s) { return {{"kind", "Ellipsoid"}, {"radii", write(s.radii)}}; }
-  Json written(const Plane&) { return {{"kind", "Plane"}}; }
-  // Faces have any number of corners, and the file has triangles: a fan about the first corner, which is
-  // right as a face is convex. The reader joins triangles of one plane to faces again.
   Json written(const Hull& s) {
-    Json triangles = Json::array();
-    for (const auto& face : s.data->faces)
-      for (std::size_t k = 2; k < face.size(); ++k) triangles.push_back({face[0], face[k - 1], face[k]});
-    return {{"kind", "Hull"}, {"vertices", write(s.data->vertices)}, {"triangles", std::move(triangles)}};
+    return {{"vertices", write(s.data->given_vertices)}, {"triangles", write(s.data->given_triangles)}};
   }
   Json written(const Mesh& s) {
-    return {{"kind", "Mesh"}, {"vertices", write(vertices_of(s))}, {"triangles", write(triangles_of(s))}};
+    return {{"vertices", write(vertices_of(s))}, {"triangles", write(triangles_of(s))}};
   }
   Json written(const HeightField& s) {
     const Heights field = heights_of(s);
     Json rows = Json::array();
     for (std::size_t r = 0; r < field.rows; ++r)
       rows.push_back(write(field.values.subspan(r * field.columns, field.columns)));
-    return {{"kind", "HeightField"},
-            {"heights", std::move(rows)},
-            {"size_x", field.size_x},
-            {"size_y", field.size_y}};
+    return {{"heights", std::move(rows)}, {"size_x", field.size_x}, {"size_y", field.size_y}};
   }
 };
 
@@ -337,7 +379,7 @@ std::string write_model_json(const ModelDescription& description) {
   Json model = writer.write(description);
   model["version"] = model_json_version;
   model["shapes"] = std::move(writer.shapes);
-  return model.dump();
+  return model.dump(-1, ' ', true);  // in ASCII, whatever the names are
 }
 
 ModelDescription read_model_json(std::string_view text, const std::string& who) {

@@ -61,7 +61,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
     o.loads[i].force += kick * o.held.forces[i];
     o.loads[i].torque += kick * o.held.torques[i];
   }
-  add_fluid_loads(model, o.frames, o.mobility, o.start, kick, o.loads, o.stopped);
+  add_fluid_loads(model, o.frames, o.mobility, state, kick, o.loads, o.stopped);
   make_free_velocities(step, o);
   foresee(o);
   clock.lap(&Timings::assembly);

@@ -12,7 +12,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import cli, scenes
-from amontons.simulation.outcome import REPORTS
+from amontons.simulation.step_report import REPORTS
 from typer.testing import CliRunner
 from waiting import LONGEST, until
 

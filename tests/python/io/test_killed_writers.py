@@ -222,7 +222,7 @@ WAYS = {
 }
 REPORTING = (
     "from pathlib import Path\nfrom amontons.report import run_summary\n"
-    "from amontons.simulation.outcome import reports_array\nreports = reports_array([sim.step()] * 9)\n"
+    "from amontons.simulation.step_report import reports_array\nreports = reports_array([sim.step()] * 9)\n"
 )
 
 

@@ -197,7 +197,7 @@ WRONG_JSON = [
     (lambda m: m["shapes"][0].pop("radius"), 'shapes[0]: there is no "radius"'),
     (lambda m: m["geoms"][0].update(shape=5), "geoms[0].shape", 'no such shape in "shapes"'),
     (lambda m: m["bodies"][0]["pose"].update(rotation=[0, 0, 0, 0]), 'body "ball"', "normalise it"),
-    (lambda m: m.update(sites=[{"name": "s", "body": 9}]), "has no 'shape'", "write it again"),
+    (lambda m: m.update(sites=[{"name": "s", "body": 9}]), 'site "s"', "there is no body 9"),
 ]  # fmt: skip
 
 

@@ -30,7 +30,7 @@ def test_same_model_in_both_languages(root, tmp_path, name):
     assert again == model
     assert again.keyframes == model.keyframes
     assert again.sites == model.sites
-    read = _core.Model.from_json(str(file))
+    read = _core.Model(_core.read_model(file.read_text(), "m.json"))
     ours, theirs = (_core.Simulation(core, _core.SimulationOptions()) for core in (model.core, read))
     for _ in range(3):
         ours.step(), theirs.step()
@@ -38,30 +38,21 @@ def test_same_model_in_both_languages(root, tmp_path, name):
             np.testing.assert_array_equal(values, theirs.snapshot().arrays[key], key)
 
 
-# Breaks when C++ writes a field otherwise than Python, or not at all: its file is the same model for both.
-@pytest.mark.parametrize("name", ["every part", "arm.xml", "tracked_vehicle", "wall_at_rest"])
-def test_files_of_the_other_language(root, tmp_path, name):
-    if name == "every part":
-        model = every_part()
-    elif name in MODELS:
-        pytest.importorskip("mujoco")
-        model = amontons.load_model(root / "examples" / "models" / name)
-    else:
-        model = scenes.make(name)
-    file, second = tmp_path / "model.json", tmp_path / "second.json"
-    model.core.to_json(str(file))
-    again = amontons.load_model(file)
-    for part in ("bodies", "couplings", "tendons", "actuators", "pair_materials", "fluid_boxes"):
-        assert getattr(again, part) == getattr(model, part)
-    for ours, theirs in zip(model.geoms, again.geoms, strict=True):
-        if isinstance(ours.shape, amontons.shapes.Hull | amontons.shapes.Mesh):  # faces begin elsewhere
-            assert ours.shape.volume() == pytest.approx(theirs.shape.volume(), rel=1e-12)
-        else:
-            assert ours.shape == theirs.shape
-        assert ours.material == theirs.material
-        assert ours.friction_direction == theirs.friction_direction
-    _core.Model.from_json(str(file)).to_json(str(second))
-    assert second.read_text() == file.read_text()
+# Breaks when what is read and written again is another text, or a shape that geoms share becomes several.
+def test_written_again(tmp_path):
+    hull = amontons.shapes.Hull(np.random.default_rng(3).normal(size=(40, 3)))
+    builder = amontons.ModelBuilder()
+    for k in range(3):
+        builder.add_body(f"b{k}", shape=hull, density=1, position=(9 * k, 0, 0))
+    looks = amontons.parts.TriangleMesh(hull.vertices, hull.triangles)
+    builder.add_visual("b0", looks)
+    builder.add_visual("b1", looks)
+    text = model_to_json(builder.build())
+    again = model_from_json(text)
+    assert model_to_json(again) == text
+    assert len({id(geom.shape) for geom in again.geoms}) == 1
+    assert len({id(visual.shape) for visual in again.visuals}) == 1
+    assert len(json.loads(text)["shapes"]) == 2
 
 
 # Breaks when the file is no JSON that others read, or a name that is the word for infinity becomes a number.
@@ -95,7 +86,7 @@ def test_json_of_the_standard(tmp_path):
         (lambda d: d["bodies"][0].update(weight=2), 'bodies[0]: "weight" is not known here'),
         (lambda d: d.pop("bodies"), 'there is no list "bodies"'),
         (lambda d: d.update(version=2), "version: it is 2; this version of amontons reads 1"),
-        (lambda d: d.update(keyframes=3), "is no model that write_model wrote"),
+        (lambda d: d.update(keyframes=3), "keyframes: give a list"),
     ],
 )
 def test_broken_files(tmp_path, change, message):

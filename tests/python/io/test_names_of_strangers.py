@@ -11,8 +11,8 @@ import warnings
 import amontons
 import pytest
 from amontons import ModelBuilder, Simulation, cli, shapes
+from amontons.escapes import visible
 from amontons.viewer.events import literal
-from amontons.visible import visible
 from typer.testing import CliRunner
 from waiting import LONGEST
 
@@ -130,7 +130,7 @@ def test_cells_are_no_formulas(tmp_path):
     assert float(rows[0][header.index("'+x.x")]) == -1.5
     assert rows[0][header.index("'+x.x")].startswith("-")
 
-    from amontons.report.whole import csv_bytes
+    from amontons.report.complete_files import csv_bytes
 
     table = csv_bytes(["=a", "b"], [["=HYPERLINK()", -1.0], ["-1e-3", "@x"], ["-inf", "+"]]).decode()
     assert table == "'=a,b\n'=HYPERLINK(),-1.0\n-1e-3,'@x\n'-inf,'+\n"

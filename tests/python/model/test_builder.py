@@ -274,7 +274,7 @@ WRONG_BODIES = {
     "negative mass": (dict(mass=-1.0, inertia=(1, 1, 1)), "mass is -1"),
     "negative density": (dict(shape=BOX, density=-1.0), "density is -1"),
     "mass twice": (dict(shape=BOX, density=1.0, mass=1.0), "keep one"),
-    "mass alone": (dict(mass=1.0), "inertia="),
+    "mass alone": (dict(mass=1.0), "give inertia"),
     "density alone": (dict(density=1.0), "without a shape"),
     "NaN mass": (dict(mass=NAN, inertia=(1, 1, 1)), "mass is nan"),
     "inertia of two": (dict(mass=1.0, inertia=(1, 1)), "(3, 3)"),

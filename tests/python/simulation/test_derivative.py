@@ -282,7 +282,8 @@ def test_adjoint_of_many_steps():
         (cotangent[0], "change", 0.0),
     ):
         expected = (loss(**{name: at + 1e-5}) - loss(**{name: at - 1e-5})) / 2e-5
-        assert found == pytest.approx(expected, rel=1e-5)
+        # The control of one step counts for little: what 50 steps of a precision of 1e-8 leave shows there.
+        assert found == pytest.approx(expected, rel=1e-5, abs=1e-7)
 
 
 # Breaks when a border is called smooth: a ball that just touches, a table whose legs share its weight in many

@@ -87,21 +87,21 @@ def test_tables_of_several_runs_add_up(run, tmp_path):
 
 
 # Breaks when a family of names, links, requests or messages finds what holds, or cannot run in a worker.
-def test_doors_are_closed(run):
+def test_names_links_and_messages_hold(run):
     pytest.importorskip("viser")
     pytest.importorskip("pyarrow")
     names = ("names", "links", "viewer-requests", "viewer-messages")
-    made = run(*names, cases=6, modules=("soak.doors", "soak.pages"))
+    made = run(*names, cases=6, modules=("soak.names_and_links", "soak.pages"))
     table = {row["family"]: row for row in rows(made)}
     assert [(table[name]["cases"], table[name]["failures"]) for name in names] == [(6, 0)] * 4
 
 
 # Breaks when the families of names, links and messages no longer see what they are there for: names as they
 # are, a writer that goes through a link, a viewer that hears everything, or answers everyone.
-def test_open_doors_are_seen(tmp_path, monkeypatch):
+def test_open_names_and_links_are_seen(tmp_path, monkeypatch):
     pytest.importorskip("viser")
     from amontons.viewer import gate
-    from soak import doors, pages
+    from soak import names_and_links, pages
 
     def failures(judge, count):
         found = []
@@ -115,8 +115,8 @@ def test_open_doors_are_seen(tmp_path, monkeypatch):
         return set(found)
 
     with monkeypatch.context() as patch:
-        patch.setattr(doors, "visible", lambda text, keep="": text)
-        assert failures(doors.names, 20) == {"unshown name"}
+        patch.setattr(names_and_links, "visible", lambda text, keep="": text)
+        assert failures(names_and_links.names, 20) == {"unshown name"}
 
     def through(folder):
         (folder / "report").mkdir(exist_ok=True)
@@ -124,9 +124,9 @@ def test_open_doors_are_seen(tmp_path, monkeypatch):
             file.write("x")
 
     with monkeypatch.context() as patch:
-        patch.setattr(doors, "WAYS", {"through": (("report/steps.csv",), through)})
-        patch.setattr(doors, "PATIENCE", 1)
-        assert failures(doors.links, 20) >= {"followed link", "hang"}
+        patch.setattr(names_and_links, "WAYS", {"through": (("report/steps.csv",), through)})
+        patch.setattr(names_and_links, "PATIENCE", 1)
+        assert failures(names_and_links.links, 20) >= {"followed link", "hang"}
     with monkeypatch.context() as patch:
         patch.setattr(gate, "checked", lambda raw, inputs: raw)
         assert failures(pages.messages, 40) >= {"unchecked message"}

@@ -61,6 +61,13 @@ def test_finds_what_made_the_motion(motion):
     assert fit["mass:lower"] == fit.values[2]
 
 
+# Breaks when a parameter that the model has as 0, its bound, stays there: the first step of the optimiser is
+# as long as the value.
+def test_starts_from_zero(motion, nearly):
+    fit = identify(nearly.with_(damping={"elbow": 0.0}), motion, ["damping:elbow"], piece=100)
+    assert fit["damping:elbow"] == pytest.approx(0.06, rel=1e-3)
+
+
 # Breaks when standard deviations are not those of estimates: with noise of a known size on all but the
 # starts, estimates of many runs spread as one run says, within the error of a deviation from 20 runs, a
 # factor of 1.5.

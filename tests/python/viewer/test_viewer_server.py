@@ -288,6 +288,19 @@ def test_the_eye_begins_in_the_open(served):
     assert eye(((0, 0, 0), (50, 50, 1.2)))[2] > 1.2  # nowhere around, but above
 
 
+# Breaks when the first view begins between the walls of a funnel, or no longer within those of a hall: a ball
+# of 1 m between four walls 4 m apart is looked at from outside, between walls 40 m apart from inside.
+@pytest.mark.parametrize(("reach", "outside"), [(2.0, True), (20.0, False)])
+def test_the_eye_begins_outside_of_a_funnel(served, reach, outside):
+    builder = ModelBuilder()
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        half = (0.1, reach, 5.0) if x else (reach, 0.1, 5.0)
+        builder.add_geom(None, shapes.Box(half), position=(reach * x, reach * y, 0))
+    builder.add_body("ball", shape=shapes.Sphere(0.5), density=1000)
+    eye = np.array(served(Simulation(builder.build()))._server.initial_camera.position)
+    assert (np.abs(eye[:2]).max() > reach) == outside
+
+
 # Breaks when the panel does not say that the page is slower than it should be, or that it is as fast.
 def test_pace_is_told_in_words():
     from amontons.viewer.panel import arrow_label, pace_of

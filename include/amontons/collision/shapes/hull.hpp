@@ -25,6 +25,10 @@ struct ConvexHull {
   double extent = 0;                                  // half the diagonal of the box around it
   double radius = 0;                                  // of the sphere about the origin that contains it
   Aabb box = empty_box();                             // around it, in its own axes
+  // The arguments of make_hull(). Files hold them, so that a hull from a file is the same to the last bit.
+  // The order of the triangles decides that of the faces, and the order of the faces that of contact points.
+  std::vector<Vec3> given_vertices;
+  std::vector<std::array<std::int32_t, 3>> given_triangles;
 };
 // Size (corners): in a hull with more a walk along edges is faster than a pass over all corners.
 constexpr std::size_t few_corners = 48;

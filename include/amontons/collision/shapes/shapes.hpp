@@ -1,6 +1,8 @@
 #pragma once
+#include <tuple>
 #include <variant>
 
+#include "amontons/base/fields.hpp"
 #include "amontons/collision/shapes/height_field.hpp"
 #include "amontons/collision/shapes/hull.hpp"
 #include "amontons/collision/shapes/mesh.hpp"
@@ -31,6 +33,53 @@ struct Plane {};  // the half space z <= 0; its normal is +z. Static.
 // first here is treated as the first (pairs/collide.cpp).
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, Ellipsoid, Hull, Plane, Mesh, HeightField>;
 
+namespace detail {
+// The name of a shape in files and in Python; those of a few lengths also have a table of fields.
+template <class S>
+inline constexpr auto shape_name = nullptr;
+template <>
+inline constexpr auto shape_name<Sphere> = "Sphere";
+template <>
+inline constexpr auto fields<Sphere> = std::tuple(Field{"radius", &Sphere::radius});
+template <>
+inline constexpr auto shape_name<Capsule> = "Capsule";
+template <>
+inline constexpr auto fields<Capsule> =
+    std::tuple(Field{"radius", &Capsule::radius}, Field{"half_length", &Capsule::half_length});
+template <>
+inline constexpr auto shape_name<Box> = "Box";
+template <>
+inline constexpr auto fields<Box> = std::tuple(Field{"half", &Box::half});
+template <>
+inline constexpr auto shape_name<Cylinder> = "Cylinder";
+template <>
+inline constexpr auto fields<Cylinder> =
+    std::tuple(Field{"radius", &Cylinder::radius}, Field{"half_length", &Cylinder::half_length});
+template <>
+inline constexpr auto shape_name<Ellipsoid> = "Ellipsoid";
+template <>
+inline constexpr auto fields<Ellipsoid> = std::tuple(Field{"radii", &Ellipsoid::radii});
+template <>
+inline constexpr auto shape_name<Plane> = "Plane";
+template <>
+inline constexpr auto fields<Plane> = std::tuple<>();
+template <>
+inline constexpr auto shape_name<Hull> = "Hull";
+template <>
+inline constexpr auto shape_name<Mesh> = "Mesh";
+template <>
+inline constexpr auto shape_name<HeightField> = "HeightField";
+
+// Calls visitor.operator()<S>() for every kind of shape until one returns true; returns whether one did.
+template <std::size_t k = 0>
+constexpr bool any_shape(auto&& visitor) {
+  if constexpr (k == std::variant_size_v<Shape>)
+    return false;
+  else
+    return visitor.template operator()<std::variant_alternative_t<k, Shape>>() || any_shape<k + 1>(visitor);
+}
+}  // namespace detail
+
 // Throws InputError naming the error: sizes that are not positive and finite, shapes without data.
 void validate(const Shape& shape);
 
@@ -45,5 +94,20 @@ Aabb bounds(const Shape& shape, const Transform& frame);
 // The tightest box around the shape that can be found without its corners, of which hulls of scanned parts
 // have hundreds: for hulls also the box around their own box.
 Aabb quick_bounds(const Shape& shape, const Transform& frame);
+
+// Mass properties of a solid for the equations of motion.
+struct MassProperties {
+  double mass = 0;      // kg
+  Vec3 centre_of_mass;  // m
+  Mat3 inertia;         // about the centre of mass, in the axes of that centre, kg m^2
+};
+
+// Mass properties of the solid of a density (kg/m^3) that fills the shape, in the frame of the shape. Throws
+// InputError for a shape without volume: planes, height fields, meshes that are not closed or face inwards.
+MassProperties mass_properties(const Shape& shape, double density = 1);
+// The same solid, given in `frame`, in the coordinates of the parent of `frame`.
+MassProperties moved(const MassProperties& solid, const Transform& frame);
+// Both solids as one.
+MassProperties operator+(const MassProperties& a, const MassProperties& b);
 
 }  // namespace amontons

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 
+#include "amontons/collision/shapes/shapes.hpp"
 #include "amontons/multibody/model/model.hpp"
 
 namespace amontons {
@@ -52,6 +53,12 @@ struct NewJoint {
   std::vector<Dof> dofs{};
   double compliance = 0;  // of the locked directions, m/N; 0: rigid
   bool collide = false;   // whether the two bodies may touch
+
+  // The play of a revolute or prismatic joint, as in Joint; 0: none. A joint with play has three degrees of
+  // freedom; the one along or about the axis takes `dof`. A slider tilts in the plane with the normal
+  // play_normal.
+  double play = 0, play_length = 0, journal_radius = 0, play_friction = 0;
+  Vec3 play_normal{};
 };
 
 // A rod keeps the distance of a point of A and a point of B (initial, in the world) at `length` (m) or at the
@@ -64,7 +71,23 @@ struct NewRod {
   bool collide = false;
 };
 
-// Makes the description of a model, as Python's ModelBuilder with the same arithmetic. A body is referred to
+// The end of a joint: a body, its initial pose, and in it the frame of the part that the joint holds.
+struct JointEnd {
+  Index body = world;
+  Transform pose{}, part{};
+};
+
+// The arithmetic of the builders of both languages. A kind of joint is the part of the name of a function
+// below between "add_" and "_joint", but for "distance".
+Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& b, const NewJoint& given);
+Joint rod_between(const JointEnd& a, const JointEnd& b, const NewRod& given);
+// The number of degrees of freedom that take a `dof` of their own.
+std::size_t dofs_of_kind(const std::string& kind);
+// Mass properties of a body from one source: the shape and one number, or mass and inertia. `who` begins
+// messages.
+MassProperties solid_of(const NewBody& given, const std::string& who);
+
+// Makes the description of a model. A body is referred to
 // by the index that add_body returns or by its name; "world" is the world. Parts without a function here are
 // plain data in description(). Functions throw InputError naming the thing and the remedy, and then add
 // nothing. build() checks the whole model.
@@ -82,20 +105,34 @@ class ModelBuilder {
 
   // Every joint moves A relative to B; A may not be the world. The comments list the coordinates. Ball: a
   // point of A stays on a point of B, and A turns freely about it.
-  Index add_ball_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_ball_joint(Reference a, Reference b, const NewJoint& joint) { return add("ball", a, b, joint); }
   // Angle about the axis (rad).
-  Index add_revolute_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_revolute_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("revolute", a, b, joint);
+  }
   // Displacement along the axis (m).
-  Index add_prismatic_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_prismatic_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("prismatic", a, b, joint);
+  }
   // Displacement along the axis (m), angle about it (rad).
-  Index add_cylindrical_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_cylindrical_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("cylindrical", a, b, joint);
+  }
   // Angles about axis, fixed in B, and about axis_2, fixed in A (rad). They may not be parallel.
-  Index add_universal_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_universal_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("universal", a, b, joint);
+  }
   // Two displacements in the plane normal to the axis (m), angle about the axis (rad).
-  Index add_planar_joint(Reference a, Reference b, const NewJoint& joint);
-  Index add_fixed_joint(Reference a, Reference b, const NewJoint& joint = {});
+  Index add_planar_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("planar", a, b, joint);
+  }
+  Index add_fixed_joint(Reference a, Reference b, const NewJoint& joint = {}) {
+    return add("fixed", a, b, joint);
+  }
   // Displacement along the axis (m): a point of A stays on a line of B, and A turns freely about it.
-  Index add_point_on_line_joint(Reference a, Reference b, const NewJoint& joint);
+  Index add_point_on_line_joint(Reference a, Reference b, const NewJoint& joint) {
+    return add("point_on_line", a, b, joint);
+  }
   Index add_distance_joint(Reference a, Reference b, const NewRod& rod);
 
   // Excludes contacts between two bodies.
@@ -112,16 +149,8 @@ class ModelBuilder {
   Model build() const { return Model(d_); }
 
  private:
-  // The degrees of freedom of a joint, in a frame of B that is turned by `rotation`.
-  struct Freedom {
-    Dof::Kind kind;
-    Vec3 axis{0, 0, 1};
-  };
-  enum class Use : unsigned char { required, optional };
-  Index add_chain(const char* kind, Reference a, Reference b, const NewJoint& given, Use point,
-                  std::optional<Quat> rotation, std::initializer_list<Freedom> freedoms,
-                  bool spherical = false);
-  Joint between(const std::string& who, const std::string& name, Reference a, Reference b) const;
+  Index add(const char* kind, Reference a, Reference b, const NewJoint& given);
+  JointEnd end(Reference body, const std::string& joint) const;
 
   ModelDescription d_;
 };

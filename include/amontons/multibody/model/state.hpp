@@ -86,7 +86,7 @@ struct State {
   // Per dof: its rate after the last step if dry friction slipped, 0 if it stuck. Empty without a dof whose
   // static friction differs.
   std::vector<double> dof_slips;
-  // Two per place at which a tendon rubs, in the order of Model::first_rub(): half the sum and half the
+  // Two per place at which a tendon rubs, in the order of the tendons: half the sum and half the
   // difference of the tensions' impulses before and after it.
   std::vector<double> rub_impulses;
 };

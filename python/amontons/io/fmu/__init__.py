@@ -74,6 +74,8 @@ def write_fmu(
     wheels: wheels of amontons for other systems, whose library the unit takes in beside that of this one.
 
     Raises InputError naming the variable or option, and FileError.
+
+    >>> write_fmu(Simulation(scenes.make("pendulum")), "pendulum.fmu")
     """
     chosen("fmi", fmi, VERSIONS)
     path = writable(path)

@@ -94,6 +94,10 @@ def load_model(
     docs/models.md tells what is read. MJCF and URDF need MuJoCo (pip install amontons[models]), USD usd-core
     (amontons[usd]).
     Raises FileNotFoundError, or FileError naming file, line and element of what is missing or wrong.
+
+    >>> model = load_model(examples.path("arm.xml"))
+    >>> model.joint_names
+    ('shoulder', 'elbow')
     """
     if motors is not None:
         checked_motor(motors)

@@ -181,9 +181,3 @@ def fixed_groups(compiled: Compiled, bodies: Bodies) -> dict[int, list[int]]:
         if ours != WORLD:
             groups.setdefault(int(compiled.model.body_weldid[mujoco_body]), []).append(ours)
     return groups
-
-
-def world_poses(compiled: Compiled, bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 3) and orientations (n, 4) of our bodies in the present state of compiled.data."""
-    kept = [i for i in bodies.index if i > 0]
-    return compiled.data.xpos[kept].copy(), compiled.data.xquat[kept].copy()

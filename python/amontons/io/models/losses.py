@@ -18,7 +18,12 @@ SHOWN, WIDTH = 5, 140
 
 @dataclass(frozen=True)
 class Lost:
-    """Something of a model that a written file does not hold, see `write_model`."""
+    """Something of a model that a written file does not hold, see `write_model`.
+
+    >>> lost = write_model(scenes.make("newtons_cradle"), "cradle.urdf")
+    >>> len(lost) > 0 and lost[0].effect
+    'large'
+    """
 
     part: str
     """such as 'joint "knee"'; "model" for a whole list"""

@@ -30,6 +30,9 @@ def write_model(model: Model, path: str | PathLike[str]) -> tuple[Lost, ...]:
 
     One warning (UnsupportedWarning) lists losses that change the motion.
     Raises InputError or FileError.
+
+    >>> write_model(scenes.make("pendulum"), "pendulum.json")
+    ()
     """
     if not isinstance(model, Model):
         raise no_model("write_model: model", model)

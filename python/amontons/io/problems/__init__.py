@@ -34,6 +34,10 @@ def read_problem(path: str | PathLike[str], *, limits: Limits = DEFAULT) -> Prob
     with a SymmetrisedWarning and a note.
 
     Raises FileNotFoundError, or FileError naming the file and what is missing, malformed or unsupported.
+
+    >>> problem = vi.read_problem(examples.path("wall_impact.hdf5"))
+    >>> problem.law
+    'coulomb'
     """
     path = existing(path, "a problem file")
     if path.suffix.lower() in HDF5:

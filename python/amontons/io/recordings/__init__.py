@@ -30,9 +30,6 @@ def record(
 ) -> Recorder:
     """Begin a recording of a simulation; `read_recording` reads it.
 
-    with amontons.record("run.h5", simulation) as recorder:
-        simulation.run(2.0, after_step=recorder)  # or recorder.add(simulation.step())
-
     path: names the file from now on. It can be read at any time, and whatever ends the process, all but the
         last second is in it. close(), or the end of the block, marks it as complete; an exception does not.
     every: states and contacts are recorded every so many steps, beginning with the state that the simulation
@@ -44,6 +41,10 @@ def record(
     overwrite: replace a file that is there, unless it is being recorded.
 
     Raises InputError, FileError if the file exists or cannot be written.
+
+    >>> simulation = Simulation(scenes.make("stack"))
+    >>> with record("run.h5", simulation) as recorder:
+    ...     report = simulation.run(0.1, after_step=recorder)  # or recorder.add(simulation.step())
     """
     from .recorder import Recorder
 
@@ -64,6 +65,13 @@ def read_recording(path: str | PathLike[str], *, limits: Limits = DEFAULT) -> Re
     limits: what the file may ask for.
 
     Raises FileNotFoundError, or FileError naming the file and what is missing or damaged.
+
+    >>> simulation = Simulation(scenes.make("stack"))
+    >>> with record("stack.h5", simulation) as recorder:
+    ...     report = simulation.run(0.1, after_step=recorder)
+    >>> with read_recording("stack.h5") as recording:
+    ...     print(len(recording), "frames")
+    21 frames
     """
     from .recording import open_recording
 

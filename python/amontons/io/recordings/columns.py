@@ -12,8 +12,8 @@ from ...checks import Array, shown, suggestion
 from ...errors import InputError
 from ...model.coordinates import known
 from ...model.model import Model
-from ...simulation.outcome import TIMINGS, Table, energy
 from ...simulation.signals import STATE, state_units
+from ...simulation.step_report import TIMINGS, Table, energy
 
 REPORT_UNITS = {
     "residual": "", "solves": "", "iterations": "", "products": "", "factorizations": "",

@@ -25,10 +25,10 @@ import numpy as np
 
 from ...checks import option
 from ...errors import FileError, InputError, StepWarning
-from ...simulation.outcome import REPORTS, Report, reports_array
 from ...simulation.own_method import name_of
 from ...simulation.signals import Signals
 from ...simulation.simulation import Simulation
+from ...simulation.step_report import REPORTS, Report, reports_array
 from ...simulation.tables import CONTACTS
 from ..files import writable
 from ..hdf5 import hdf5_image, write_integer, write_text

@@ -17,8 +17,9 @@ import numpy as np
 from ...errors import FileError, InputError
 from ...limits import Limits
 from ...model.model import Model
-from ...simulation.outcome import REPORTS
+from ...simulation.copies import set_clock
 from ...simulation.simulation import Simulation
+from ...simulation.step_report import REPORTS
 from ...simulation.tables import CONTACTS
 from ..files import existing
 from ..hdf5 import Reader, open_hdf5
@@ -238,7 +239,7 @@ class Recording:
         for name in STATE:
             if name != "joint_coordinates":
                 setattr(made.state, name, getattr(self, name)[k])
-        made._set_clock(float(self.times[k]), int(self.steps[k]))
+        set_clock(made, float(self.times[k]), int(self.steps[k]))
         return made
 
     def frame_at(self, time: float) -> int:

@@ -117,7 +117,10 @@ def _digest(model: Model) -> np.ndarray[Any, Any]:
 def _state(reader: Reader, model: _core.Model, digest: np.ndarray[Any, Any]) -> _core.State:
     """Every array of the state that this version knows, of the size that the model asks for."""
     if reader.has(DIGEST) and not np.array_equal(reader.array(DIGEST, "f"), digest):  # of 0.1.0 there is none
-        raise reader.fail("/state is that of another model than /model: its checksum is another one")
+        raise reader.fail(
+            "/state is that of another model than /model: its checksum is another one. The file was changed, "
+            "or an older version whose models have other fields wrote it; save it again"
+        )
     scalars = {}
     for name in _SCALARS:
         values = np.array(_MISSING[name]) if name in _MISSING and not reader.has(name) else reader.array(name)

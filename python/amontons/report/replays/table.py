@@ -12,7 +12,7 @@ import numpy as np
 from ...io.files import write_whole
 from ...io.recordings.columns import rates_of
 from ...simulation.signals import STATE, state_units
-from ..whole import cell
+from ..complete_files import cell
 
 if TYPE_CHECKING:
     from ...io.recordings.recording import Recording

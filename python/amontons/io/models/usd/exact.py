@@ -18,7 +18,7 @@ import numpy as np
 from ....model.model import Model
 from ....model.parts import WORLD
 from ....model.transforms import ORIGIN, Transform
-from ...recordings.model_json import model_of_parts, plain_part, plain_shape, with_infinities
+from ...recordings.model_json import model_of_parts, plain_part, plain_shape
 from .building import Building
 from .stage import Scene, applied
 
@@ -147,7 +147,7 @@ def _collect(building: Building) -> _Written | None:
 
 def _part(scene: Scene, prim: Any) -> dict[str, Any]:
     try:
-        found = json.loads(scene.get(prim, PART), object_hook=with_infinities)
+        found = json.loads(scene.get(prim, PART))
     except ValueError:
         found = None
     if not isinstance(found, dict):
@@ -179,7 +179,7 @@ def _joined(building: Building, written: _Written) -> Model:
 
 def _body(building: Building, entry: _Entry, place: dict[int, int]) -> dict[str, Any]:
     body = building.builder._bodies[building.index[str(entry.prim.GetPath())]]
-    fields = entry.part if entry.fits else {**_plain(body), "name": entry.part["name"]}
+    fields = entry.part if entry.fits else {**plain_part(body), "name": entry.part["name"]}
     return {**fields, "pose": _nearer(entry.part["pose"], body.pose)}
 
 
@@ -188,7 +188,7 @@ def _joint(building: Building, entry: _Entry, place: dict[int, int]) -> dict[str
         return entry.part
     joint: Any = building.builder._joints[building.made[str(entry.prim.GetPath())][0]]
     ends = {"body_a": place[joint.body_a], "body_b": place[joint.body_b]}
-    return {**_plain(joint), **ends, "name": entry.part["name"]}
+    return {**plain_part(joint), **ends, "name": entry.part["name"]}
 
 
 def _geom(
@@ -208,15 +208,10 @@ def _geom(
         shapes.append(plain_shape(geom.shape))
         kept = {key: fields[key] for key in ("name", "link", "category", "mask")}
         moved = {"body": place[geom.body], "shape": len(shapes) - 1}
-        fields = {**_plain(geom, geom.shape), **kept, **moved}
+        fields = {**plain_part(geom), **kept, **moved}
     if not _bound(entry.prim) <= materials:
-        fields["material"] = _plain(geom.material)
+        fields["material"] = plain_part(geom)["material"]
     return fields
-
-
-def _plain(part: Any, *shapes: Any) -> Any:
-    text = json.dumps(plain_part(part, {id(shape): k for k, shape in enumerate(shapes)}))
-    return json.loads(text, object_hook=with_infinities)
 
 
 def _nearer(exact: dict[str, Any], read: Transform) -> dict[str, Any]:
@@ -226,7 +221,9 @@ def _nearer(exact: dict[str, Any], read: Transform) -> dict[str, Any]:
     scale = max(1.0, float(np.abs(there[:3]).max()))
     apart = np.abs(there[:3] - here[:3]).max() / scale
     turned = min(np.abs(there[3:] - here[3:]).max(), np.abs(there[3:] + here[3:]).max())
-    return exact if max(apart, turned) < SAME else _plain(read)
+    if max(apart, turned) < SAME:
+        return exact
+    return {"position": read.position, "rotation": read.rotation}
 
 
 def _bound(prim: Any) -> set[str]:

@@ -1,4 +1,4 @@
-"""A model in its keyframes, and with servos that hold it at targets; for robot_run.py."""
+"""A model in its keyframes, and with servos that hold it at targets; for robot/run.py."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
-from robot_energy import Energy
+
+from robot.energy import Energy
 
 KEYFRAME, DRIVEN = 0.1, 1.0  # s: how long they run
 SHARE = 0.25  # of the range of a control or coordinate: how far targets are from its middle at most

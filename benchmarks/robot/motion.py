@@ -1,4 +1,4 @@
-"""The motion of a model beside MuJoCo's, of bases and end effectors; for robot_run.py."""
+"""The motion of a model beside MuJoCo's, of bases and end effectors; for robot/run.py."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def settings_table(r: Results) -> str:
     rows = {
         row["engine"]: (row["engine"], row["version"],
                         f"`{row['options']}`" if row["options"] else "as it comes",
-                        f"[page]({row['manual']})")
+                        f"[{row['engine'].partition(',')[0]}]({row['manual']})")
         for row in r.beside
     }  # fmt: skip
     return table(("setting", "version", "options", "manual"), list(rows.values()))

@@ -9,8 +9,8 @@ from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
+from ..escapes import visible
 from ..io.files import write_whole
-from ..visible import visible
 
 FORMULA = ("=", "+", "-", "@")
 """First characters of cells that spreadsheets compute."""

@@ -1,18 +1,15 @@
-"""The tables of docs/measured.md, from the results of measurements.py.
-
-python benchmarks/report_measured.py FOLDER
-"""
+"""The tables of docs/measured.md, from the results of measurements.py."""
 
 from __future__ import annotations
 
-import sys
 from itertools import groupby
 from pathlib import Path
 
 from common import ROOT, read_csv
 from report import renew as renew_part
-from report_targets import Results
 from tables import table
+
+from reports.targets import Results
 
 PAGE = ROOT / "docs" / "measured.md"
 Rows = list[dict[str, str]]
@@ -165,7 +162,3 @@ def renew(folder: Path) -> None:
         file = f"measured_{name}.csv"
         if rows := read_csv(folder / file):
             renew_part(PAGE, f"{results.origin(file)}.\n\n{make(rows)}", name)
-
-
-if __name__ == "__main__":
-    renew(Path(sys.argv[1]))

@@ -1,6 +1,6 @@
 """One model file beside MuJoCo, in a process of its own: the worker of robots.py.
 
-    python benchmarks/robot_run.py FILE --duration 2 --dt 5e-3 --limit 60
+    PYTHONPATH=benchmarks python -m robot.run FILE --duration 2 --dt 5e-3 --limit 60
 
 Prints a JSON object per stage, each with all that is known so far, so that a stall or a crash leaves what
 came before it.
@@ -23,9 +23,10 @@ from typing import Any
 
 import amontons
 import mujoco
-from robot_energy import Energy
-from robot_motion import Ends, as_it_is, free_motion
-from robot_trials import driven, joint_error, keyframes
+
+from robot.energy import Energy
+from robot.motion import Ends, as_it_is, free_motion
+from robot.trials import driven, joint_error, keyframes
 
 START = 0.2  # s, after which overlaps of the initial pose should be gone
 

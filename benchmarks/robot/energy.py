@@ -1,4 +1,4 @@
-"""Gains of energy that nothing explains, step by step; for robot_run.py and robot_trials.py."""
+"""Gains of energy that nothing explains, step by step; for robot/run.py and robot/trials.py."""
 
 from __future__ import annotations
 

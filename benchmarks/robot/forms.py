@@ -1,6 +1,6 @@
 """One model file with joints as rows, with trees, and in MuJoCo: the worker of robots.py --trees both.
 
-    python benchmarks/robot_forms.py FILE --duration 2 --dt 2e-3 --limit 60
+    PYTHONPATH=benchmarks python -m robot.forms FILE --duration 2 --dt 2e-3 --limit 60
 
 All three have the same step and the same constant random controls, and take turns of 50 steps, so that what
 else runs on the machine slows all of them alike. Prints a JSON object: medians of processor time per step,
@@ -22,9 +22,10 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
-from robot_motion import mujoco_actuator
-from robot_run import our_model, their_model, with_floor
-from robot_trials import SHARE, joint_error
+
+from robot.motion import mujoco_actuator
+from robot.run import our_model, their_model, with_floor
+from robot.trials import SHARE, joint_error
 
 TURN = 50
 """Steps of one program before the next one has its turn."""

@@ -14,8 +14,8 @@ from typing import Any
 import amontons
 from amontons import cli
 from amontons.errors import FileError
+from amontons.escapes import visible
 from amontons.viewer.events import literal
-from amontons.visible import visible
 from typer.testing import CliRunner
 
 from .family import Case, Failure, Family, Measures

@@ -1,0 +1,1 @@
+"""The tables that report.py and measurements.py put into documents."""

@@ -1,0 +1,20 @@
+"""Functions behind `Simulation.save` and `load`, which amontons.io supplies: it is above this package."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+from ..hooks import hook
+
+
+@hook
+def save_file(simulation: Any, path: str | PathLike[str]) -> None:
+    """Function behind `Simulation.save`; amontons.io supplies it."""
+    raise NotImplementedError("import amontons.io, which writes files")
+
+
+@hook
+def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Any:
+    """Function behind `Simulation.load`; amontons.io supplies it."""
+    raise NotImplementedError("import amontons.io, which reads files")

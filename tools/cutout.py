@@ -1,0 +1,44 @@
+"""Pictures with a transparent ground, which suit pages of any colour: what floors show is their shadows."""
+
+import numpy as np
+from amontons.report.picture import NO_LINES, Frame, Framing, Picture
+from numpy.typing import NDArray
+from PIL import Image
+
+ALIKE = 10
+"""Levels of 255 by which a pixel of the floor may be off a grey of the floor's own tint."""
+FADED = 0.25
+"""Share of the shadow's darkness that is kept: pages are lighter, or darker, than our floor."""
+
+
+def cutout(
+    picture: Picture,
+    frame: Frame,
+    framing: Framing,
+    size: tuple[int, int],
+    lines: NDArray[np.float64] = NO_LINES,
+) -> Image.Image:
+    """The picture, red, green, blue and opacity. A shadow becomes black that lets its ground through.
+
+    lines: more of them, as `report.force_lines.line_rows` gives them.
+    """
+    # Twice as large and made smaller at the end: there borders become half transparent, without a rim.
+    width, height = 2 * size[0], 2 * size[1]
+    shown = picture.draw(frame, framing, width, height, lines).astype(float)
+    behind = picture.probe(frame, framing, width, height)[0][::-1] < 0
+    brightness = shown.max(axis=2)
+    tint = shown / np.maximum(brightness, 1)[..., None]
+    bare = shown[behind].reshape(-1, 3)
+    clear = np.ones(shown.shape[:2])
+    if len(bare):
+        # The floor is the brightest of what no thing hides; what has another tint there is a line, or glass.
+        light = np.percentile(bare.max(axis=1), 95)
+        floor = bare[bare.max(axis=1) >= light - 1].mean(axis=0)
+        alike = np.abs(tint - floor / floor.max()).max(axis=2) * brightness < ALIKE
+        ground = behind & alike & (brightness > 0.35 * light)
+        shade = np.clip(1 - brightness / light, 0, 1)
+        shade[shade < 0.03] = 0
+        shown[ground] = 0
+        clear[ground] = 2 * FADED * shade[ground]
+    straight = np.dstack((shown, 255 * clear)).round().clip(0, 255).astype(np.uint8)
+    return Image.fromarray(straight, "RGBA").resize(size, Image.Resampling.BOX)
