@@ -16,6 +16,13 @@
 
 namespace amontons {
 
+namespace {
+
+// Iterations for a problem whose derivative is not one.
+constexpr std::size_t enough = 30;  // not tuned: a solve of a step takes tens
+
+}  // namespace
+
 // Copies of a simulation step side by side and share the faces, which do not change once they are closed.
 struct HeldStep::Shared {
   Law law;
@@ -48,7 +55,14 @@ struct HeldStep::Shared {
       residual = std::max(residual, near.residual);
       return std::move(near.x);
     }
-    std::vector<double> x = amontons::solve(problem, "auto", options).x;
+    // One that is not held is counted, and its solution needs no digits: the solve of a step has limits of
+    // work, which this one has not.
+    Options rough = options;
+    if (closed) {
+      rough.tolerance = std::max(options.tolerance, Options{}.tolerance);
+      rough.max_iterations = enough;
+    }
+    std::vector<double> x = amontons::solve(problem, "auto", rough).x;
     const std::lock_guard lock(mutex);
     if (closed)
       ++others;

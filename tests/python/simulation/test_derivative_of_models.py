@@ -150,8 +150,7 @@ def test_published_models(root):
     errors = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        own = [pair for pair in models(root / "examples" / "models") if pair[0].stem in ("arm", "gripper")]
-        for name, model in [*models(folder), *own]:
+        for name, model in [*models(folder), *models(root / "examples" / "models")]:
             random, sim = np.random.default_rng(1), Simulation(model, **OPTIONS)
             lower, upper = np.clip(np.array(model.control_limits).reshape(-1, 2).T, -1, 1)
             for step in range(STEPS):
