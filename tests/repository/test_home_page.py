@@ -6,6 +6,7 @@ import io
 import os
 import re
 import threading
+import tomllib
 from html.parser import HTMLParser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
@@ -111,6 +112,13 @@ def test_creep_was_recorded(root):
         creep = {row["engine"].split()[0].strip(","): float(row["creep"]) for row in csv.DictReader(file)}
     assert creep["MuJoCo"] > 90  # mm: more than the height of a card
     assert creep["amontons"] < 0.005  # what rounds to the 0.00 of the picture
+
+
+# Breaks when the one line that the home page begins with installs no command: `view` needs what `cli` has.
+def test_one_line_installs_the_command(root):
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert 'pip install "amontons[view]" && amontons view wall --play' in (root / "README.md").read_text()
+    assert set(extras["cli"]) < set(extras["view"])
 
 
 # Breaks when the replay at the head weighs more than a picture of a page may, or is not there.
