@@ -14,9 +14,9 @@ namespace amontons {
 
 namespace {
 
-// The share of a speed that f = -c v takes from a free body with the inverse mass w over h. At the instant of
-// v, in the middle of h, it is z = h c w, of second order. z / sqrt(1 + z^2) has the same order and is less
-// than one: a viscous fluid stops a light body and does not reverse it.
+// The share of a speed that f = -c v takes from a free body with the inverse mass w over h. With v of
+// the middle of h it is z = h c w, of second order. z / sqrt(1 + z^2) has the same order and is below one. So
+// a viscous fluid stops a light body and does not reverse it.
 double taken(double c, double inverse_mass, double h) {
   const double z = h * c * inverse_mass;
   return z / std::sqrt(1 + z * z);

@@ -34,8 +34,8 @@ class ContactFinder {
   // Appends the points at which v, of an unsolved step, leads through fixed geometry. It considers all fixed
   // geometry, because the contacts on which redundant points and internal edges rely may not hold.
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
-  // Index and contact in the middle of the step that v leads through. Contacts: those of pairs that turn,
-  // if they are on a rim or the only one of their pair.
+  // Index and contact in the middle of the step that v leads through, of pairs that turn. The contact is the
+  // only one of its pair, or one of a rim.
   using Middles = std::vector<std::pair<std::size_t, Contact>>;
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
