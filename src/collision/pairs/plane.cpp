@@ -60,8 +60,9 @@ void capsule_on_plane(const Capsule& capsule, const Transform& frame, const Plan
   plane.add(down + half);
 }
 
-// The rim's lowest point of either cap, and for a cap that looks down a polygon on its rim. The corners
-// beside the lowest point are omitted: a rim that rolls comes to them on its way, and they would brake it.
+// The rim's lowest point of either cap, and for a cap that looks down a polygon on its rim. A cap that does
+// not lie rolls on its rim, and comes to the corners beside its lowest point. They would brake it and are
+// omitted. cap_feature() of such a cap is that point alone.
 void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const PlaneContact& plane) {
   const Mat3 r = to_matrix(frame.rotation);
   const Vec3 axis = r.column(2);
@@ -75,7 +76,7 @@ void cylinder_on_plane(const Cylinder& cylinder, const Transform& frame, const P
     if (side * c >= looks_down) continue;
     for (const auto& [cosine, sine] : cap_polygon()) {
       const Vec3 corner = cosine * r.column(0) + sine * r.column(1);
-      if (tilt > 1e-3 && dot(corner, flat) > beside_lowest * tilt) continue;
+      if (-side * c < face_cosine && dot(corner, flat) > beside_lowest * tilt) continue;
       plane.add(cap + cylinder.radius * corner);
     }
   }
