@@ -434,6 +434,8 @@ class ModelBuilder(PartBuilder):
             raise InputError(f'{kind} name {shown(name)}: give a string that is not empty and not "world"')
         if len(name) > LONGEST_NAME:
             raise InputError(f"{kind} name {shown(name)}: give one of at most {LONGEST_NAME} characters")
+        if any("\ud800" <= c <= "\udfff" for c in name):
+            raise InputError(f"{kind} name {shown(name)}: half of a character is no text; give all of it")
         if name in names or (kind == "body" and name in self._names["link"]):
             raise InputError(f'there is a {kind} "{name}" already; names must be unique')
         return name

@@ -319,6 +319,7 @@ def test_wrong_body(case):
 WRONG_CALLS = {
     "same body name": (lambda b: b.add_body("a", **INERT), 'a body "a" already'),
     "body named world": (lambda b: b.add_body("world", **INERT), "world"),
+    "name of half a character": (lambda b: b.add_body("a\ud800", **INERT), "half of a character"),
     "unknown body": (lambda b: b.add_geom("c", BOX), 'no body "c"; known are a, b'),
     "body index": (lambda b: b.add_geom(2, BOX), "there is no body 2"),
     "no shape": (lambda b: b.add_geom("a", "ball"), "amontons.shapes"),
