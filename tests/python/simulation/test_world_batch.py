@@ -113,7 +113,7 @@ def test_memory_that_is_lent(model):
 
 # Breaks when a tensor of PyTorch is copied on its way in or out.
 def test_tensors_of_pytorch(model):
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="needs PyTorch: pip install torch")
     batch = WorldBatch(model, 2, dt=DT)
     q = torch.from_dlpack(batch.q)
     out = torch.zeros((2, model.nq + model.nv), dtype=torch.float64)
@@ -124,7 +124,7 @@ def test_tensors_of_pytorch(model):
 
 # Breaks when an array of JAX cannot be read, or is written although JAX takes it for constant.
 def test_arrays_of_jax(model):
-    jax = pytest.importorskip("jax")
+    jax = pytest.importorskip("jax", reason="needs JAX: pip install jax")
     with jax.enable_x64():
         controls, out = jax.numpy.array([[0.3], [-0.2]]), jax.numpy.zeros((2, model.nq + model.nv))
     batch, plain = WorldBatch(model, 2, dt=DT), WorldBatch(model, 2, dt=DT)
