@@ -154,7 +154,7 @@ bench: install
 
 soak: install
 	@PYTHONPATH=tools $(BIN)/python -m soak --seed $(SOAK_SEED) --seconds $(SOAK_SECONDS) --jobs $(JOBS) \
-	  --csv benchmarks/results/amd-epyc/soak.csv --into tests/python/soak
+	  --csv benchmarks/results/processor/soak.csv --into tests/python/soak
 
 format: .venv/.requirements
 	@$(BIN)/clang-format -i $(FORMATTED)

@@ -25,6 +25,8 @@ ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
 EXAMPLES = ROOT / "examples" / "problems"
 RESULTS = ROOT / "benchmarks" / "results"
+TABLES = RESULTS / "processor"
+"""What one processor measured; tables.csv names it for each table."""
 FIGURES = ROOT / "docs" / "figures"
 SAMPLE = ROOT / "out" / "bench"
 """Where quick runs, and runs without the data folder, leave their results."""
@@ -40,18 +42,14 @@ def processor() -> str:
     return names[0].strip() if names else platform.machine()
 
 
-def machine_slug() -> str:
-    """A folder name for the results of this kind of machine."""
-    plain = re.sub(r"\((R|TM)\)|@.*|\bCPU\b", " ", processor(), flags=re.IGNORECASE)
-    return re.sub(r"[^a-z0-9]+", "-", plain.lower()).strip("-") or "unknown"
-
-
 def arguments(description: str | None) -> argparse.ArgumentParser:
     """The options that all benchmarks have."""
     parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a sample, to see that everything runs")
     parser.add_argument("--data", type=Path, default=DATA, help="folder with fclib/ and chrono/")
-    parser.add_argument("--out", type=Path, help="folder for the CSV files (default: by processor)")
+    parser.add_argument(
+        "--out", type=Path, help="folder for the CSV files (default: benchmarks/results/processor)"
+    )
     parser.add_argument("--figures", type=Path, help="folder for the figures (default: docs/figures)")
     return parser
 
@@ -66,7 +64,7 @@ def with_folders(options: argparse.Namespace) -> argparse.Namespace:
     if options.figures is None:
         options.figures = FIGURES if options.complete else options.out or SAMPLE
     if options.out is None:
-        options.out = RESULTS / machine_slug() if options.complete else SAMPLE
+        options.out = TABLES if options.complete else SAMPLE
     options.out.mkdir(parents=True, exist_ok=True)
     options.figures.mkdir(parents=True, exist_ok=True)
     return options
@@ -113,7 +111,7 @@ def shrink(figure: Path) -> None:
 
 
 ORIGINS = "tables.csv"
-"""In a folder of results: the revision, the date and the command of each table."""
+"""In a folder of results: the revision, the date, the command and the processor of each table."""
 MEASURED = ("CMakeLists.txt", "bindings", "cmake", "include", "python/amontons", "src")
 """What the benchmarks measure; a change of it that is not committed marks the revision by a plus."""
 
@@ -150,11 +148,11 @@ def command() -> str:
 
 
 def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
-    """The rows as a table of results, and its revision, date and command in tables.csv beside it."""
+    """The rows as a table of results, and its origin in tables.csv beside it."""
     write_rows(path, rows)
     known = {row["table"]: row for row in read_csv(path.with_name(ORIGINS))}
     origin = {"table": path.name, "revision": revision(), "date": date.today().isoformat()}
-    known[path.name] = origin | {"command": command()}
+    known[path.name] = origin | {"command": command(), "processor": processor()}
     write_rows(path.with_name(ORIGINS), [known[name] for name in sorted(known)])
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from common import RESULTS, arguments, with_folders, write_csv
+from common import TABLES, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
 from reports.measured import renew
 
@@ -28,9 +28,6 @@ PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
     "four_bar": ("siconos", four_bar.rows),
 }
 """By name: a folder of DATA/measured, and the function that makes rows of it."""
-
-TABLES = RESULTS / "amd-epyc"
-"""Folder of the committed tables: errors do not depend on the machine."""
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
     python benchmarks/run_all.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER] [--build FOLDER]
 
-The results go to benchmarks/results/<processor>, the figures to docs/figures, and docs/benchmarks.md and
+The results go to benchmarks/results/processor, the figures to docs/figures, and docs/benchmarks.md and
 README.md get the new tables. With --quick, which takes a sample of everything, or without the data, all of it
 goes to out/bench; with --out to that folder.
 """

@@ -1,6 +1,6 @@
-"""Checks that the tables which documents quote were measured on the present solvers and step.
+"""Checks that the tables which documents quote were measured on the present code, by one processor.
 
-    python tools/check_tables.py            prints every table that is older, exit code 1
+    python tools/check_tables.py            prints every table that is not, exit code 1
     python tools/check_tables.py FOLDER     of another folder of results
 
 A table is older if the last change of `src/solvers` or `src/multibody`, or of their public headers, is not
@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RESULTS = ROOT / "benchmarks" / "results" / "amd-epyc"
+RESULTS = ROOT / "benchmarks" / "results" / "processor"
 MEASURED = [f"{base}/{room}" for base in ("src", "include/amontons") for room in ("solvers", "multibody")]
 
 
@@ -34,6 +34,16 @@ def older(folder: Path, changed: str) -> Iterator[str]:
                 yield f"{row['table']}: measured on {row['revision']} ({row['date']}); run {row['command']}"
 
 
+def of_others(folder: Path) -> Iterator[str]:
+    """The tables whose processor is not that of environment.csv, which the documents name."""
+    with (folder / "tables.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    named = next((row["processor"] for row in rows if row["table"] == "environment.csv"), "")
+    for row in rows:
+        if row["processor"] != named:
+            yield f"{row['table']}: of {row['processor'] or 'an unknown processor'}; run {row['command']}"
+
+
 def main(words: list[str]) -> int:
     folder = Path(words[0]) if words else RESULTS
     changed = git("log", "-1", "--format=%h", "--", *MEASURED).stdout.strip()
@@ -42,7 +52,10 @@ def main(words: list[str]) -> int:
         print(f"{folder.name}/{line}")
     if found:
         print(f"{len(found)} tables are older than {changed}, the last change of solvers or multibody")
-    return bool(found)
+    strange = list(of_others(folder))
+    for line in strange:
+        print(f"{folder.name}/{line}")
+    return bool(found or strange)
 
 
 if __name__ == "__main__":

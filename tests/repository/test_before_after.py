@@ -110,7 +110,7 @@ def test_missing_tables(main, folders):
 
 # Breaks when a column of a committed table has another name than the comparison expects.
 def test_committed_tables_are_read(main, root, capsys):
-    results = str(root / "benchmarks" / "results" / "amd-epyc")
+    results = str(root / "benchmarks" / "results" / "processor")
     assert main([results, results]) == 0
     parts = {part for part, name in lines_of(capsys) if name == "total"}
     tables = {"kernel", "files", "steps", "simulation", "robots", "robots_2ms", "broad_phase"}

@@ -1,22 +1,17 @@
 """The home page of the site: its ways, its figures, and how it looks; skipped where none is built."""
 
 import csv
-import functools
 import io
 import os
 import re
-import threading
 import tomllib
 from html.parser import HTMLParser
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
 from urllib.parse import urljoin, urlsplit
 
 import numpy as np
 import pytest
 from PIL import Image
-
-browser = pytest.importorskip("browser", reason="the helpers of tests in a browser")
 
 PICTURES = Path(__file__).with_name("home")
 BLOCK = 16
@@ -39,37 +34,12 @@ class Links(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def site(root):
-    folder = root / "build" / "site"
-    if not (folder / "index.html").exists():
-        pytest.skip("the site is not built: make docs")
+def site(root, site):
+    """The built site, which must be as new as its home page."""
     sources = [root / "docs" / "index.md", root / "docs" / "site.css", root / "mkdocs.yml"]
-    if max(file.stat().st_mtime for file in sources) > (folder / "index.html").stat().st_mtime:
+    if max(file.stat().st_mtime for file in sources) > (site / "index.html").stat().st_mtime:
         pytest.skip("the site is older than its sources: make docs")
-    return folder
-
-
-@pytest.fixture(scope="module")
-def address(site):
-    class Quiet(SimpleHTTPRequestHandler):
-        def log_message(self, *_):
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(site)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}/"
-    server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
-    with sync_api.sync_playwright() as playwright:
-        launched = browser.launch(playwright)
-        if launched is None:
-            pytest.skip("no browser: playwright install chromium")
-        yield launched
-        launched.close()
+    return site
 
 
 def article(site, page):
@@ -101,7 +71,7 @@ def test_numbers_are_measured(root, page, monkeypatch):
     text = (root / page).read_text()
     shown = re.search(r"<!-- numbers: begin -->(.*)<!-- numbers: end -->", text, re.DOTALL).group(1)
     inside = "docs/" if page == "README.md" else ""
-    results = Results(root / "benchmarks" / "results" / "amd-epyc")
+    results = Results(root / "benchmarks" / "results" / "processor")
     assert shown.strip() == home.numbers(results, f"{inside}benchmarks.md", f"{inside}engines.md")
     assert shown.count("**") == 8
 

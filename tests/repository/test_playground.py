@@ -79,18 +79,6 @@ def page_file(root):
     return built(root, "out/playground/index.html")
 
 
-@pytest.fixture(scope="module")
-def chromium():
-    browser = pytest.importorskip("browser", reason="the helpers of tests in a browser")
-    sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
-    with sync_api.sync_playwright() as playwright:
-        launched = browser.launch(playwright)
-        if launched is None:
-            pytest.skip("no browser: playwright install chromium")
-        yield launched
-        launched.close()
-
-
 @pytest.fixture(params=[(1280, 800), (390, 844)], ids=["desktop", "telephone"])
 def page(request, chromium, page_file):
     """The page as opened from a folder, paused; the test fails if it asks for anything or goes wrong."""

@@ -1,4 +1,4 @@
-"""Tables of benchmarks carry the revision, the date and the command of their run."""
+"""Tables of benchmarks carry the revision, the date, the command and the processor of their run."""
 
 import csv
 import subprocess
@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TABLES = ROOT / "benchmarks" / "results" / "amd-epyc" / "tables.csv"
+TABLES = ROOT / "benchmarks" / "results" / "processor" / "tables.csv"
 
 
 def rows(path):
@@ -32,7 +32,7 @@ def test_a_table_is_written_with_its_origin(tmp_path):
     found = rows(tmp_path / "tables.csv")
     assert [row["table"] for row in found] == ["a.csv", "b.csv"]
     assert {row["command"] for row in found} == {"python benchmarks/growth.py --quick"}
-    assert all(row["revision"] and row["date"] for row in found)
+    assert all(row["revision"] and row["date"] and row["processor"] for row in found)
 
 
 # Breaks when a committed table loses its line, or the line outlives the table.
@@ -41,8 +41,8 @@ def test_committed_tables_are_listed():
     assert {row["table"] for row in rows(TABLES)} == named
 
 
-# Breaks when the check passes a table that was measured before the last change of the step, or refuses one
-# that was measured after it.
+# Breaks when the check passes a table that was measured before the last change of the step or by another
+# processor, or refuses one that was measured after it.
 def test_older_tables_are_found(tmp_path):
     def git(*words):
         who = ["-c", "user.name=x", "-c", "user.email=x@example.org"]
@@ -59,9 +59,12 @@ def test_older_tables_are_found(tmp_path):
     git("init")
     before, after = commit("src/solvers/a.cpp"), commit("src/multibody/b.cpp")
     later = commit("docs/c.md")
-    lines = [f"{name}.csv,{name},2026-01-01,python benchmarks/x.py" for name in (before, f"{after}+", later)]
-    (tmp_path / "tables.csv").write_text("\n".join(["table,revision,date,command", *lines, ""]))
+    lines = [f"{name}.csv,{name},2026-01-01,python x.py,one" for name in (before, f"{after}+", later)]
+    lines += [f"{name}.csv,{later},2026-01-01,python x.py,{name}" for name in ("one", "other")]
+    lines += [f"environment.csv,{later},2026-01-01,python x.py,one"]
+    (tmp_path / "tables.csv").write_text("\n".join(["table,revision,date,command,processor", *lines, ""]))
     folder = repr(str(tmp_path))
     done = run(f"import check_tables; check_tables.ROOT = {folder}; sys.exit(check_tables.main([{folder}]))")
     assert done.returncode == 1, done.stderr
-    assert [line.split(":")[0].split("/")[1] for line in done.stdout.splitlines()[:-1]] == [f"{before}.csv"]
+    found = [line.split(":")[0].split("/")[1] for line in done.stdout.splitlines() if "/" in line]
+    assert found == [f"{before}.csv", "other.csv"]

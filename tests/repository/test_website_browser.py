@@ -1,65 +1,30 @@
 """The documentation site in a real browser; skipped where it is not built (make docs) or no browser is."""
 
-import functools
-import threading
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-
 import pytest
 from waiting import until
 
-browser = pytest.importorskip("browser", reason="the helpers of tests in a browser")
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_):
-        pass
-
-
-@pytest.fixture(scope="module")
-def site(root):
-    """The folder of the site and its address."""
-    folder = root / "build" / "site"
-    if not (folder / "index.html").exists():
-        pytest.skip("the site is not built: make docs")
-    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield folder, f"http://127.0.0.1:{server.server_port}/"
-    server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
-    with sync_api.sync_playwright() as playwright:
-        launched = browser.launch(playwright)
-        if launched is None:
-            pytest.skip("no browser: playwright install chromium")
-        yield launched
-        launched.close()
-
 
 # Breaks when a page asks for something that is not there or not here, or a script of it fails.
-def test_pages_load_by_themselves(site, chromium):
-    folder, address = site
+def test_pages_load_by_themselves(site, address, chromium):
     page = chromium.new_page()
     wrong = []
     page.on("request", lambda r: r.url.startswith((address, "data:", "blob:")) or wrong.append(r.url))
     page.on("response", lambda r: r.status < 400 or wrong.append(f"{r.status} {r.url}"))
     page.on("console", lambda m: m.type != "error" or wrong.append(m.text))
     page.on("pageerror", lambda error: wrong.append(str(error)))
-    files = sorted(folder.rglob("*.html"))
+    files = sorted(site.rglob("*.html"))
     shown = [file for file in files if "source" not in file.parts]  # sources are blocks of code, all alike
-    for file in [*shown, folder / "source" / "ARCHITECTURE.html"]:
-        page.goto(address + file.relative_to(folder).as_posix())
+    for file in [*shown, site / "source" / "ARCHITECTURE.html"]:
+        page.goto(address + file.relative_to(site).as_posix())
     assert len(shown) > 30
     assert wrong == []
     page.close()
 
 
 # Breaks when equations are left as text, lose their numbers, or numbers their places.
-def test_equations_are_drawn(site, chromium):
+def test_equations_are_drawn(address, chromium):
     page = chromium.new_page()
-    page.goto(site[1] + "algorithm.html#eq-14")
+    page.goto(address + "algorithm.html#eq-14")
     box = page.locator("#eq-14 math").bounding_box()
     assert box["width"] > 100
     assert box["height"] > 10
@@ -69,9 +34,9 @@ def test_equations_are_drawn(site, chromium):
 
 
 # Breaks when the search finds nothing: its index is loaded by a script of its own.
-def test_search_finds(site, chromium):
+def test_search_finds(address, chromium):
     page = chromium.new_page()
-    page.goto(site[1] + "index.html")
+    page.goto(address + "index.html")
     page.click("input.md-search__input")
     page.locator("input.md-search__input").press_sequentially("friction cone")
     found = page.locator(".md-search-result__item")
@@ -83,12 +48,11 @@ def test_search_finds(site, chromium):
 # Breaks when code runs out of the page on a screen of 1280 pixels, beside both menus, or any page is wider
 # than its window, also on a telephone. Output of programs, whose blocks name no language, may be scrolled.
 @pytest.mark.parametrize("width", [1280, 400])
-def test_code_fits(site, chromium, width):
-    folder, address = site
+def test_code_fits(site, address, chromium, width):
     page = chromium.new_page(viewport={"width": width, "height": 800})
     wide = {}
-    for file in sorted([*folder.glob("*.html"), *folder.glob("tutorials/*.html")]):
-        page.goto(address + file.relative_to(folder).as_posix())
+    for file in sorted([*site.glob("*.html"), *site.glob("tutorials/*.html")]):
+        page.goto(address + file.relative_to(site).as_posix())
         found = page.evaluate(
             """() => [...document.querySelectorAll('.md-typeset [class*=language-] pre > code')]
                 .filter(code => code.scrollWidth > code.clientWidth + 1)

@@ -219,10 +219,10 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 
 // The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
 // the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
-// symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each
-// point is followed. For other pairs with several points it is unknown which of them stay.
+// symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each point is followed. For
+// other pairs with several points it is unknown which of them stay.
 //
-// If a normal turns by more than the limit in policy.hpp in half a step, the body only passes by.
+// If a normal turns by more than half a radian in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
   // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
