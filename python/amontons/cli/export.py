@@ -14,11 +14,10 @@ from ..io.files import writable
 from ..report.first_contact import touched
 from ..simulation.simulation import Simulation
 from ..simulation.step_report import Report
+from .choices import set_up
 from .common import (
     NOT_CONVERGED,
     AsJson,
-    DeviceOfSteps,
-    Threads,
     most_steps,
     notes,
     one_line_errors,
@@ -41,27 +40,10 @@ from .replays import (
     Wanted,
     export_recording,
 )
-from .subject import (
-    Budget,
-    Choices,
-    Decompose,
-    FloatingBase,
-    KeyframeName,
-    Law,
-    Loops,
-    MaxIterations,
-    Method,
-    Name,
-    Parameters,
-    SelfOverlaps,
-    Step,
-    Strict,
-    Subject,
-    Tolerance,
-    open_subject,
-)
+from .subject import Choices, Name, Subject, open_subject
 
 
+@set_up()
 @pictured
 def export(
     subject: Name,
@@ -80,21 +62,8 @@ def export(
     every: Annotated[
         int | None, typer.Option(help="Also write each N-th step before that one, as NAME-000123.hdf5.")
     ] = None,
-    dt: Step = None,
-    law: Law = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
-    max_iterations: MaxIterations = None,
-    threads: Threads = None,
-    device: DeviceOfSteps = None,
-    budget: Budget = None,
-    settings: Parameters = None,
-    strict: Strict = False,
-    floating_base: FloatingBase = None,
-    keyframe: KeyframeName = None,
-    self_overlaps: SelfOverlaps = False,
-    decompose: Decompose = None,
-    loops: Loops = None,
+    *,
+    choices: Choices,
     html: Html = None,
     png: Png = None,
     mp4: Mp4 = None,
@@ -106,7 +75,6 @@ def export(
     fps: Fps = 25.0,
     speed: Speed = 1.0,
     as_json: AsJson = False,
-    *,
     view: Any,
 ) -> None:
     """Simulate up to a step and write its problem with the solution; or turn a recording into a page,
@@ -116,17 +84,14 @@ def export(
 
     The exit code is 0 if the steps written converged, 1 if some did not, 2 for input that could not be used.
     """
-    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget,
-             "max_iterations": max_iterations, "threads": threads, "device": device}  # fmt: skip
     files = {"html": html, "png": png, "mp4": mp4, "gif": gif, "usd": usd, "csv": csv}
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         wanted = Wanted(files, times, size, fps, speed, view)
         if wanted.any:
             return _tell(export_recording(subject, wanted), as_json)
         output = _require_output(output)
         with notes():
-            chosen = open_subject(subject, choices, given)
+            chosen = open_subject(subject, choices)
         written = _export(chosen, output, _last_step(chosen, step, at, touch), every, touch, as_json)
     if as_json:
         print_json([_as_dict(path, report) for path, report in written.items()])

@@ -7,25 +7,12 @@ from typing import Annotated
 
 import typer
 
+from .choices import set_up
 from .common import AsJson, one_line_errors, print_json, say
-from .subject import (
-    Choices,
-    Decompose,
-    FloatingBase,
-    KeyframeName,
-    Law,
-    Loops,
-    Method,
-    Name,
-    Parameters,
-    SelfOverlaps,
-    Step,
-    Strict,
-    Tolerance,
-    open_subject,
-)
+from .subject import Choices, Name, open_subject
 
 
+@set_up("dt", "law", "method", "tolerance")
 def fmu(
     subject: Name,
     output: Annotated[Path, typer.Option("--out", "--output", "-o", help="FMU file to write (.fmu).")],
@@ -44,17 +31,8 @@ def fmu(
             "--wheel", help="Wheel of amontons for another system, to add its library to the FMU. Repeatable."
         ),
     ] = None,
-    dt: Step = None,
-    law: Law = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
-    settings: Parameters = None,
-    strict: Strict = False,
-    floating_base: FloatingBase = None,
-    keyframe: KeyframeName = None,
-    self_overlaps: SelfOverlaps = False,
-    decompose: Decompose = None,
-    loops: Loops = None,
+    *,
+    choices: Choices,
     as_json: AsJson = False,
 ) -> None:
     """Write a simulation as a functional mock-up unit for co-simulation, which runs without Python.
@@ -63,10 +41,8 @@ def fmu(
     """
     from ..io import write_fmu
 
-    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance}
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
-        chosen = open_subject(subject, choices, given)
+        chosen = open_subject(subject, choices)
         write_fmu(chosen.simulation, output, inputs=inputs, outputs=outputs, fmi=fmi, wheels=wheels or ())
     if as_json:
         print_json({"files": [str(output)]})

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
-from .common import one_line_errors
+from .options import Options, grouped
 
 if TYPE_CHECKING:
     from ..report.picture import View
@@ -22,7 +19,7 @@ def _option(kind: Any, help: str, metavar: str | None = None) -> Any:
     return Annotated[kind, typer.Option(metavar=metavar, help=help, rich_help_panel=PANEL)]
 
 
-OPTIONS: dict[str, tuple[Any, Any]] = {
+OPTIONS: Options = {
     "azimuth": (_option(float, "Azimuth of the camera (degrees about z, from x)."), -60.0),
     "elevation": (_option(float, "Elevation of the camera (degrees above the horizon)."), 20.0),
     "target": (
@@ -52,27 +49,6 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         False,
     ),
 }
-"""By name the annotation and the default."""
-
-
-def pictured(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with the options of pictures, which reach it as its argument `view`, a `View`."""
-    signature = inspect.signature(command, eval_str=True)
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    options = [
-        inspect.Parameter(name, kind, default=default, annotation=annotation)
-        for name, (annotation, default) in OPTIONS.items()
-    ]
-    own = [p for p in signature.parameters.values() if p.name != "view"]
-
-    @functools.wraps(command)
-    def with_options(**given: Any) -> None:
-        with one_line_errors():
-            view = view_of(**{name: given.pop(name) for name in OPTIONS})
-        command(**given, view=view)
-
-    with_options.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
-    return with_options
 
 
 def view_of(*, target: str | None, **options: Any) -> View:
@@ -89,3 +65,7 @@ def _place(text: str | None) -> str | tuple[float, ...] | None:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"--target {text}: write X,Y,Z in m, or the name of a body") from None
+
+
+pictured = grouped("view", OPTIONS, view_of)
+"""The command with the options of pictures, which reach it as its argument `view`, a `View`."""

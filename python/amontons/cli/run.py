@@ -23,11 +23,10 @@ from ..simulation.loads import Loads
 from ..simulation.signals import Signals
 from ..simulation.simulation import Simulation
 from ..simulation.step_report import Report, reports_array
+from .choices import set_up
 from .common import (
     NOT_CONVERGED,
     AsJson,
-    DeviceOfSteps,
-    Threads,
     Words,
     complain,
     err,
@@ -41,25 +40,7 @@ from .common import (
     say,
 )
 from .pictures import pictured
-from .subject import (
-    Budget,
-    Choices,
-    Decompose,
-    FloatingBase,
-    KeyframeName,
-    Law,
-    Loops,
-    MaxIterations,
-    Method,
-    Name,
-    Parameters,
-    SelfOverlaps,
-    Step,
-    Strict,
-    Subject,
-    Tolerance,
-    open_subject,
-)
+from .subject import Choices, Name, Subject, open_subject
 
 if TYPE_CHECKING:
     from ..report.picture import View
@@ -90,27 +71,15 @@ class Outcome:
     """of joints and contacts, for a report"""
 
 
+@set_up()
 @pictured
 def run(
     subject: Name,
     duration: Annotated[
         float | None, typer.Option(help="Simulated time (s); default: that of the scene, or 5.")
     ] = None,
-    dt: Step = None,
-    law: Law = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
-    max_iterations: MaxIterations = None,
-    threads: Threads = None,
-    device: DeviceOfSteps = None,
-    budget: Budget = None,
-    settings: Parameters = None,
-    strict: Strict = False,
-    floating_base: FloatingBase = None,
-    keyframe: KeyframeName = None,
-    self_overlaps: SelfOverlaps = False,
-    decompose: Decompose = None,
-    loops: Loops = None,
+    *,
+    choices: Choices,
     record: Annotated[Path | None, typer.Option(help="File for states, contacts, reports (HDF5).")] = None,
     record_every: Annotated[int, typer.Option(help="Number of steps between recorded states.")] = 1,
     record_contacts: Annotated[bool, typer.Option(help="Record contact tables.")] = True,
@@ -125,7 +94,6 @@ def run(
         typer.Option(help="File to save the last state in (HDF5); `run` and `export` start from it."),
     ] = None,
     as_json: AsJson = False,
-    *,
     view: Any,
 ) -> None:
     """Simulate a scene, a model or a saved simulation; record it, report on it.
@@ -135,12 +103,9 @@ def run(
     The exit code is 0 if all steps converged, 1 if some did not or the run ended early, 2 for input that
     could not be used.
     """
-    given = {"dt": dt, "law": law, "method": method, "tolerance": tolerance, "budget": budget,
-             "max_iterations": max_iterations, "threads": threads, "device": device}  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         with notes():
-            chosen = open_subject(subject, choices, given)
+            chosen = open_subject(subject, choices)
         steps = _steps(chosen, duration)
         _require(chosen, snapshots, view, save)
     if report is not None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,64 +35,6 @@ Name = Annotated[
         autocompletion=completion.subjects,
     ),
 ]
-Parameters = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Parameter of the scene; for a model: control of an actuator, coordinate q.NAME of a joint, or "
-        "gravity=x,y,z. Repeatable.",
-    ),
-]
-Strict = Annotated[
-    bool, typer.Option("--strict", help="Refuse a model if a part that affects its motion is not supported.")
-]
-FloatingBase = Annotated[
-    bool | None,
-    typer.Option(
-        "--floating-base/--fixed-base",
-        help="URDF only: the root link moves freely, or is fixed to the world.",
-    ),
-]
-SelfOverlaps = Annotated[
-    bool,
-    typer.Option("--self-overlaps", help="Keep contacts between links that overlap at the start."),
-]
-Decompose = Annotated[
-    str | None,
-    typer.Option(
-        metavar="auto|METRES",
-        help="Convex parts of meshes on bodies that move, in place of hulls: auto for an error of 1 % of "
-        "each mesh, or the error (m).",
-    ),
-]
-Loops = Annotated[
-    Path | None,
-    typer.Option(help="URDF only: YAML file of its extended form with the pairs that close loops."),
-]
-KeyframeName = Annotated[
-    str | None, typer.Option("--keyframe", help="Name of the keyframe of the model to start from.")
-]
-Step = Annotated[float | None, typer.Option(help="Time step (s); default: that of the scene, or 5e-3.")]
-Law = Annotated[
-    str | None,
-    typer.Option(
-        help="Law of friction: coulomb (exact, default) or associated (convex relaxation).",
-        autocompletion=completion.law_names,
-    ),
-]
-Method = Annotated[
-    str | None,
-    typer.Option(
-        help="Method: auto (default), or a method that `amontons compare` lists.",
-        autocompletion=completion.method_names,
-    ),
-]
-Tolerance = Annotated[
-    float | None, typer.Option(help="Tolerance of the natural residual of each step; default: 1e-6.")
-]
-MaxIterations = Annotated[int | None, typer.Option(help="Limit of iterations for the solve of each step.")]
-Budget = Annotated[float | None, typer.Option(help="Wall-clock limit for each step (s).")]
 
 
 @dataclass
@@ -110,7 +52,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Choices:
-    """The subject's own options of the command, beside the options of `Simulation`."""
+    """The options of a command that belong to its subject."""
 
     settings: Sequence[str] = ()
     strict: bool = False
@@ -119,16 +61,15 @@ class Choices:
     self_overlaps: bool = False
     decompose: str | None = None
     loops: Path | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """of `Simulation`, as far as they are given"""
 
 
-def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
-    """given: options of `Simulation`; those that are None keep their defaults.
-
-    Raises InputError or FileNotFoundError.
-    """
+def open_subject(name: str, choices: Choices) -> Subject:
+    """Raises InputError or FileNotFoundError."""
     from .. import scenes  # takes long, and the commands on problem files do without
 
-    options = {key: value for key, value in given.items() if value is not None}
+    options = choices.options
     if name in scenes.names():
         _require_model(name, choices)
         return _scene(name, choices.settings, options)
@@ -151,7 +92,7 @@ def open_subject(name: str, choices: Choices, given: dict[str, Any]) -> Subject:
     if suffix in SAVED:
         simulation = Simulation.load(path, on_failure="ignore", **options)
         return Subject(path.stem, str(path), simulation, DURATION)
-    return _model(path, choices, options)
+    return _model(path, choices)
 
 
 def _require_model(name: str, choices: Choices) -> None:
@@ -167,7 +108,7 @@ def _require_model(name: str, choices: Choices) -> None:
         raise InputError(f"{name}: {option} is for model files ({', '.join(MODELS)})")
 
 
-def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
+def _model(path: Path, choices: Choices) -> Subject:
     """The model of a file in its keyframe, with gravity and controls as they are set."""
     from .. import load_model
 
@@ -190,7 +131,7 @@ def _model(path: Path, choices: Choices, options: dict[str, Any]) -> Subject:
             ModelWarning,
             stacklevel=2,
         )
-    simulation = Simulation(model, on_failure="ignore", **options)
+    simulation = Simulation(model, on_failure="ignore", **choices.options)
     if choices.keyframe is not None:
         simulation.apply_keyframe(choices.keyframe)
     _set_state(simulation, values)
@@ -235,7 +176,7 @@ def _set_state(simulation: Simulation, values: dict[str, str]) -> None:
         simulation.set_q(start)
 
 
-def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subject:
+def _scene(name: str, settings: Sequence[str], options: Mapping[str, Any]) -> Subject:
     from .. import scenes
 
     entry = scenes.get(name)
@@ -246,7 +187,7 @@ def _scene(name: str, settings: Sequence[str], options: dict[str, Any]) -> Subje
         raise
     except (TypeError, ValueError, ArithmeticError, MemoryError) as error:
         raise InputError(f"scene {name!r}: {' '.join(settings)} cannot be made ({error})") from None
-    simulation = Simulation(model, on_failure="ignore", **({"dt": entry.dt} | entry.options | options))
+    simulation = Simulation(model, on_failure="ignore", **({"dt": entry.dt} | entry.options | {**options}))
     return Subject(name, " ".join([name, *settings]), simulation, entry.duration)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,25 +13,9 @@ from ..simulation.simulation import Simulation
 from ..viewer import HOST, PORT
 from ..viewer import view as open_view
 from ..viewer.title import title_of
-from .common import DeviceOfSteps, Threads, notes, one_line_errors, say
-from .subject import (
-    SAVED,
-    Budget,
-    Choices,
-    Decompose,
-    FloatingBase,
-    KeyframeName,
-    Law,
-    Loops,
-    MaxIterations,
-    Method,
-    Parameters,
-    SelfOverlaps,
-    Step,
-    Strict,
-    Tolerance,
-    open_subject,
-)
+from .choices import set_up
+from .common import notes, one_line_errors, say
+from .subject import SAVED, Choices, open_subject
 
 SOON = 0.3
 """Seconds after Ctrl-C that a step may still last."""
@@ -40,6 +24,7 @@ if TYPE_CHECKING:
     from ..io.recordings.recording import Recording
 
 
+@set_up()
 def view(
     subject: Annotated[
         str,
@@ -63,21 +48,8 @@ def view(
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the default browser.")
     ] = True,
-    dt: Step = None,
-    law: Law = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
-    max_iterations: MaxIterations = None,
-    threads: Threads = None,
-    device: DeviceOfSteps = None,
-    budget: Budget = None,
-    settings: Parameters = None,
-    strict: Strict = False,
-    floating_base: FloatingBase = None,
-    keyframe: KeyframeName = None,
-    self_overlaps: SelfOverlaps = False,
-    decompose: Decompose = None,
-    loops: Loops = None,
+    *,
+    choices: Choices,
 ) -> None:
     """Watch a scene, a model, a saved simulation or a recording in the browser, until Ctrl-C.
 
@@ -86,16 +58,11 @@ def view(
 
     The exit code is 0, or 2 for input that could not be used.
     """
-    given = {
-        "dt": dt, "law": law, "method": method, "tolerance": tolerance,
-        "max_iterations": max_iterations, "budget": budget, "threads": threads, "device": device,
-    }  # fmt: skip
-    choices = Choices(settings or (), strict, floating_base, keyframe, self_overlaps, decompose, loops)
     with one_line_errors():
         if not 0 < speed < float("inf"):
             raise InputError(f"speed = {speed:g}; it must be positive and finite")
         with notes():
-            shown, title = _open(subject, choices, given)
+            shown, title = _open(subject, choices)
         viewer = open_view(
             shown, play=play, speed=speed, host=host, port=port, open_browser=browser, title=title,
             allow_origin=allow_origin or (),
@@ -105,14 +72,13 @@ def view(
     viewer.close(wait=SOON)
 
 
-def _open(subject: str, choices: Choices, given: dict[str, Any]) -> tuple[Simulation | Recording, str]:
+def _open(subject: str, choices: Choices) -> tuple[Simulation | Recording, str]:
     """Returns the object to show, and its title."""
     path = Path(subject)
     if path.suffix.lower() not in SAVED or not is_recording(path):
-        chosen = open_subject(subject, choices, given)
+        chosen = open_subject(subject, choices)
         return chosen.simulation, chosen.name
-    wanted = [name for name, value in given.items() if value is not None]
-    if wanted or choices != Choices():
+    if choices != Choices():
         raise InputError(f"{subject}: a recording is shown as it is; options of simulations are not for it")
     recording = read_recording(path)
     return recording, title_of(recording.source, path)

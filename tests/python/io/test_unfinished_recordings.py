@@ -96,7 +96,7 @@ def test_the_same_files_for_all(killed, tmp_path):
     assert (tmp_path / "run.csv").read_text().startswith("step,")
     from amontons.cli.view import Choices, _open
 
-    shown, title = _open(str(killed), Choices(), {})
+    shown, title = _open(str(killed), Choices())
     with shown:
         assert (title, len(shown)) == ("run", len(recording))
 
