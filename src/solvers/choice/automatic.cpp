@@ -15,7 +15,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "amontons/base/ablation.hpp"
 #include "amontons/base/elementary.hpp"
@@ -209,14 +211,21 @@ Solution solve_after_elimination(const Problem& problem, const Options& options,
                   choice::late_race_work + choice::late_race_work_per_block * blocks);
 }
 
+// A contender of a field in fixed order. It runs when those before it have ended, from the best x so far, and
+// its only turn lasts until it ends: it has no expected cost by which another could be preferred.
+Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
+  constexpr auto to_the_end = std::numeric_limits<std::size_t>::max();
+  return {.start = start, .why = why, .first_turn = to_the_end, .limit = limit};
+}
+
 // A device has the passes of two methods. All islands are one problem there, and rows of joints stay in it,
 // because many contacts use the device best. A method that stalls passes its best x to the other.
 Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
-  const Phase accelerated{apgd, "accelerated, on the device"}, spectral{spg, "on the device"};
-  const bool many = problem.K.contacts() >= choice::many_contacts;
-  return run_phases(
-      problem, options, budget,
-      many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
+  Field field{in_order(start_spg, "on the device"), in_order(start_apgd, "accelerated, on the device")};
+  if (problem.K.contacts() >= choice::many_contacts) std::swap(field[0], field[1]);
+  Solution s = race(problem, options, budget, field, {}, Budget::unlimited);
+  s.device = device_of(problem, options);
+  return s;
 }
 
 // A start that meets the tolerance is the solution, as for every method.
@@ -282,6 +291,22 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
 }
 
 }  // namespace
+
+// Contacts between two faces (sliding and sticking, open and closed) stop the central path at a distance of
+// sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
+// the last digits. If it fails, P-SPG-FB continues.
+Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
+  constexpr const char* faces = "finds the faces that hold the path back";
+  Field field{in_order(start_central_path, "follows the central path"),
+              in_order(start_newton, faces, choice::newton_iterations)};
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
+    field.push_back(
+        in_order(start_path_of_frozen_terms, "another path, the De Saxce term held in each step"));
+    field.push_back(in_order(start_newton, faces, choice::newton_iterations));
+  }
+  field.push_back(in_order(start_spg, "takes the last digits", choice::last_iterations));
+  return race(problem, options, budget, field, {}, Budget::unlimited);
+}
 
 // A single problem: islands share the tolerance of the whole.
 Solution automatic(const Problem& problem, const Options& options, Budget& budget) {

@@ -80,6 +80,9 @@ inline constexpr double newton_factorizations = 4;
 // Iterations (count): limit within which Newton's method finds the faces or fails.
 inline constexpr std::size_t newton_iterations = 20;
 
+// Iterations (count): limit of p-spg-fb for the last digits of "interior-point".
+inline constexpr std::size_t last_iterations = 20000;
+
 // The race.
 
 // Work (relative): growth of a method's total work by one turn. It bounds the cost of the race to a multiple
