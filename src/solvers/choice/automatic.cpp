@@ -181,9 +181,16 @@ const char* remark(const Problem& problem) {
   return can_factor(problem) ? "" : "A is too large to factor: ";
 }
 
-Solution race_for(const Problem& problem, const Options& options, Budget& budget, double work) {
+// Nominal work (ns) at which a race ends if the caller sets no limit: as a rule, and after the direct way.
+struct RaceWork {
+  double alone, per_block;
+};
+constexpr RaceWork usual{choice::race_work, choice::race_work_per_block};
+constexpr RaceWork late{choice::late_race_work, choice::late_race_work_per_block};
+
+Solution race_for(const Problem& problem, const Options& options, Budget& budget, RaceWork limit) {
   if (has_trees(problem) && problem.rows() <= choice::most_rows)
-    return race_for(as_matrix(problem), options, budget, work);
+    return race_for(as_matrix(problem), options, budget, limit);
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
@@ -193,22 +200,10 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   here.iterates = nullptr;
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
                                                 : field_of(problem, options, costs, held ? rest.bodies() : 0);
+  const double work = limit.alone + limit.per_block * static_cast<double>(problem.K.blocks());
   Solution s = race(problem, here, budget, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
-}
-
-// One group of islands.
-Solution solve_one(const Problem& problem, const Options& options, Budget& budget) {
-  const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, budget, choice::race_work + choice::race_work_per_block * blocks);
-}
-
-// Solves one group of islands after the direct way has failed.
-Solution solve_after_elimination(const Problem& problem, const Options& options, Budget& budget) {
-  const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, budget,
-                  choice::late_race_work + choice::late_race_work_per_block * blocks);
 }
 
 // A contender of a field in fixed order. It runs when those before it have ended, from the best x so far, and
@@ -243,34 +238,21 @@ bool accepts_start(const Problem& problem, const Options& options, Solution& s) 
   return true;
 }
 
-// Names what elimination alone did.
+// Names what elimination alone did, where nothing else ran.
 void name_elimination(Solution& s) {
+  if (!s.reason.empty()) return;
   s.phases = {{s.method, eliminated, s.iterations, s.residual}};
   s.reason = describe(s.phases);
 }
 
-// Returns the one with the smaller residual, with counts and phases of both.
-Solution better_of(Solution first, Solution second) {
-  if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
-  first.phases.insert(first.phases.end(), second.phases.begin(), second.phases.end());
-  add_counts(second, first);
-  second.time += first.time;
-  second.phases = std::move(first.phases);
-  take_better(second, std::move(first));
-  second.reason = describe(second.phases);
-  return second;
-}
-
-// One group of islands if another one has too many rows for the direct way: takes the direct way if this
-// group has few rows.
+// One group of islands if another one has too many rows for the direct way.
 Solution solve_directly_or_race(const Problem& problem, const Options& options, Budget& budget) {
   Elimination elimination;
   Solution s;
-  if (!elimination.solve(problem, options, budget, s)) return solve_one(problem, options, budget);
+  if (!solve_directly(problem, options, budget, elimination, s))
+    return race_for(problem, options, budget, usual);
   name_elimination(s);
-  return s.status == Status::converged
-             ? s
-             : better_of(std::move(s), solve_after_elimination(problem, options, budget));
+  return s;
 }
 
 // Solves the whole problem once more after the direct way has failed. It starts from zero, because near the
@@ -287,7 +269,14 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
     if (s.iterations >= options.max_iterations) return s;
     rest.max_iterations = options.max_iterations - s.iterations;
   }
-  return better_of(std::move(s), solve_by_islands(problem, rest, budget, solve_after_elimination));
+  Solution second = solve_by_islands(
+      problem, rest, budget,
+      [](const Problem& p, const Options& o, Budget& share) { return race_for(p, o, share, late); });
+  name_elimination(s);
+  s.status = second.status;
+  join(s, std::move(second));
+  s.reason = describe(s.phases);
+  return s;
 }
 
 }  // namespace
@@ -314,14 +303,14 @@ Solution automatic(const Problem& problem, const Options& options, Budget& budge
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
-    Solution s = solve_one(problem, options, budget);
+    Solution s = race_for(problem, options, budget, usual);
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
     s = solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::whole);
-  if (s.reason.empty()) name_elimination(s);
+  name_elimination(s);
   return s;
 }
 

@@ -1,6 +1,8 @@
 #include "amontons/solvers/driver/phases.hpp"
 
+#include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace amontons {
 
@@ -10,15 +12,17 @@ void add_counts(Solution& total, const Solution& part) {
   total.factorizations += part.factorizations;
 }
 
-bool take_better(Solution& s, Solution&& other) {
-  if (!s.x.empty() && !(other.residual < s.residual)) return false;
-  s.x = std::move(other.x);
-  s.u = std::move(other.u);
-  s.residual = other.residual;
-  s.objective = other.objective;
-  s.method = std::move(other.method);
-  s.device = std::move(other.device);
-  return true;
+void join(Solution& total, Solution part) {
+  add_counts(total, part);
+  total.time += part.time;
+  total.phases.insert(total.phases.end(), part.phases.begin(), part.phases.end());
+  if (!total.x.empty() && !(part.residual < total.residual || std::isnan(total.residual))) return;
+  total.x = std::move(part.x);
+  total.u = std::move(part.u);
+  total.residual = part.residual;
+  total.objective = part.objective;
+  total.method = std::move(part.method);
+  total.device = std::move(part.device);
 }
 
 std::string describe(const std::vector<PhaseRecord>& phases) {
