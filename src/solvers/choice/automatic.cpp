@@ -206,8 +206,9 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   return s;
 }
 
-// A contender of a field in fixed order. It runs when those before it have ended, from the best x so far, and
-// its only turn lasts until it ends: it has no expected cost by which another could be preferred.
+// A contender of a field in fixed order. It has no expected cost by which another could be preferred: the
+// race takes the first of such contenders that has not run. Its only turn lasts until it ends. Each starts
+// from the best x so far.
 Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
   constexpr auto to_the_end = std::numeric_limits<std::size_t>::max();
   return {.start = start, .why = why, .first_turn = to_the_end, .limit = limit};
@@ -297,7 +298,7 @@ Solution interior_point(const Problem& problem, const Options& options, Budget& 
   return race(problem, options, budget, field, {}, Budget::unlimited);
 }
 
-// A single problem: islands share the tolerance of the whole.
+// A single problem.
 Solution automatic(const Problem& problem, const Options& options, Budget& budget) {
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
   if (Solution s; accepts_start(problem, options, s)) return s;
@@ -309,7 +310,7 @@ Solution automatic(const Problem& problem, const Options& options, Budget& budge
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    s = solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::whole);
+    s = solve_by_islands(problem, options, budget, solve_directly_or_race);
   name_elimination(s);
   return s;
 }
@@ -326,7 +327,7 @@ bool solve_directly(const Problem& problem, const Options& options, Budget& budg
 
 Solution solve_by_race(const Problem& problem, const Options& options, Budget& budget) {
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
-  return solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::each);
+  return solve_by_islands(problem, options, budget, solve_directly_or_race);
 }
 
 // A step of a simulation.

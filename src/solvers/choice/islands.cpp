@@ -191,8 +191,7 @@ void extract(const Problem& whole, std::span<const std::size_t> members, std::ve
   Extraction(whole, body_number, part).take(members);
 }
 
-Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method,
-                          ToleranceOf tolerance) {
+Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained || options.history || options.callback) return method(problem, options, budget);
   std::vector<Index> island;
@@ -214,10 +213,6 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Budget
   std::size_t left = island.size();
   Hardness worst{-1, 0};
   std::vector<double> x0;
-  const double mean_map =
-      tolerance == ToleranceOf::each
-          ? 0
-          : natural_map_at_zero(problem, law_of(problem, options)) / std::sqrt(static_cast<double>(count));
   // Small groups first: the unused budget of an easy group is left to those that follow.
   std::stable_sort(members.begin(), members.end(),
                    [](const auto& a, const auto& b) { return a.size() < b.size(); });
@@ -229,11 +224,6 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Budget
       x0.clear();
       for (std::size_t row : part.rows) x0.push_back(options.x0[row]);
       o.x0 = x0;
-    }
-    if (mean_map > 0) {
-      const double map = natural_map_at_zero(part.problem, law_of(part.problem, options));
-      o.tolerance *= std::sqrt(0.5 + 0.5 * (mean_map / map) * (mean_map / map));
-      if (!(o.tolerance < 1)) o.tolerance = 1;
     }
     // The remaining time and work are shared by size, so that a hard island cannot take all. A group has at
     // least half of an even share: a few bodies beside a large wall need more than their share of contacts.

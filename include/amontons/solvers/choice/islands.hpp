@@ -21,13 +21,7 @@ namespace amontons {
 // Small islands are solved together. Only a ContactSystem is divided into islands; another operator, and a
 // solve with history or a callback, is one island. Status and reason of the Solution are those of the
 // hardest.
-//
-// `each` solves every island to its own tolerance: a wall at rest does not creep because a ball flies
-// elsewhere. `whole` gives each island its share of the error of the whole problem; with n islands
-//    tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
-enum class ToleranceOf : unsigned char { each, whole };
-Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method,
-                          ToleranceOf tolerance = ToleranceOf::each);
+Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method);
 
 // Some islands as a problem of their own, with bodies numbered in the order of their appearance. Beside trees
 // all bodies keep their numbers.
