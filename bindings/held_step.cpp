@@ -1,4 +1,4 @@
-#include "amontons/multibody/step/held_step.hpp"
+#include "amontons/multibody/derivatives/held_step.hpp"
 
 #include "bindings.hpp"
 

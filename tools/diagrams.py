@@ -58,7 +58,7 @@ AUTO = {
         "Does a device serve the problem?",
         "Yes: the two first-order methods with passes there. All islands are one problem.",
     ),
-    "solve_one": (
+    "race_for": (
         "Only bilateral rows, more than {large_linear_system}?",
         "Yes: run the race for linear systems. If it stalls, go on.",
     ),

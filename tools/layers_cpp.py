@@ -35,7 +35,17 @@ LAYERS: dict[str, list[str]] = {
         "choice",
     ],
     "collision": ["shapes", "narrow", "broad_phase", "pairs", "rays"],
-    "multibody": ["model", "bodies", "joints", "kinematics", "contacts", "trees", "step", "worlds"],
+    "multibody": [
+        "model",
+        "bodies",
+        "joints",
+        "kinematics",
+        "contacts",
+        "trees",
+        "step",
+        "derivatives",
+        "worlds",
+    ],
     "picture": [],
 }
 # Sources that declare nothing and so have no header: the file and the reason.

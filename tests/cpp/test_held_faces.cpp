@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/solvers/second_order/held_faces.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
+#include "multibody/derivatives/held_faces.hpp"
 #include "problems.hpp"
 
 using namespace amontons;

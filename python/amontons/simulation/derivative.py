@@ -1,7 +1,7 @@
 """Derivatives of a time step on the faces of its solution: what is open, sticks or slides goes on to.
 
 The implicit function theorem gives the change of the impulses from the factors of the equations on the faces
-(solvers/second_order/held_faces.hpp). All else is a smooth map: from states and parameters to the problem,
+(multibody/derivatives/held_faces.hpp). All else is a smooth map: from states and parameters to the problem,
 and from impulses to the state after the step. It is differentiated by central differences.
 """
 

@@ -3,8 +3,9 @@
 #include <span>
 #include <vector>
 
+#include "amontons/problem/island_part.hpp"
 #include "amontons/problem/problem.hpp"
-#include "amontons/solvers/choice/islands.hpp"
+#include "amontons/solvers/driver/solution.hpp"
 #include "multibody/step/observe.hpp"
 
 namespace amontons {

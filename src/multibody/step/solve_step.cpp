@@ -119,9 +119,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, Bu
   options.tolerance = tolerance;
   Solution other = solve_with(solver, problem, options, budget, {});
   solver.sums.add_cost(other);
-  add_counts(s, other);
-  s.time += other.time;
-  take_better(s, std::move(other));
+  join(s, std::move(other));
 }
 
 // Continues until light bodies are accurate in their own measure, if possible; the tolerance of the step is

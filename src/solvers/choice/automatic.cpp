@@ -15,7 +15,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "amontons/base/ablation.hpp"
 #include "amontons/base/elementary.hpp"
@@ -179,9 +181,16 @@ const char* remark(const Problem& problem) {
   return can_factor(problem) ? "" : "A is too large to factor: ";
 }
 
-Solution race_for(const Problem& problem, const Options& options, Budget& budget, double work) {
+// Nominal work (ns) at which a race ends if the caller sets no limit: as a rule, and after the direct way.
+struct RaceWork {
+  double alone, per_block;
+};
+constexpr RaceWork usual{choice::race_work, choice::race_work_per_block};
+constexpr RaceWork late{choice::late_race_work, choice::late_race_work_per_block};
+
+Solution race_for(const Problem& problem, const Options& options, Budget& budget, RaceWork limit) {
   if (has_trees(problem) && problem.rows() <= choice::most_rows)
-    return race_for(as_matrix(problem), options, budget, work);
+    return race_for(as_matrix(problem), options, budget, limit);
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
@@ -191,32 +200,28 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   here.iterates = nullptr;
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
                                                 : field_of(problem, options, costs, held ? rest.bodies() : 0);
+  const double work = limit.alone + limit.per_block * static_cast<double>(problem.K.blocks());
   Solution s = race(problem, here, budget, field, costs.factor, work, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
 }
 
-// One group of islands.
-Solution solve_one(const Problem& problem, const Options& options, Budget& budget) {
-  const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, budget, choice::race_work + choice::race_work_per_block * blocks);
-}
-
-// Solves one group of islands after the direct way has failed.
-Solution solve_after_elimination(const Problem& problem, const Options& options, Budget& budget) {
-  const auto blocks = static_cast<double>(problem.K.blocks());
-  return race_for(problem, options, budget,
-                  choice::late_race_work + choice::late_race_work_per_block * blocks);
+// A contender of a field in fixed order. It has no expected cost by which another could be preferred: the
+// race takes the first of such contenders that has not run. Its only turn lasts until it ends. Each starts
+// from the best x so far.
+Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
+  constexpr auto to_the_end = std::numeric_limits<std::size_t>::max();
+  return {.start = start, .why = why, .first_turn = to_the_end, .limit = limit};
 }
 
 // A device has the passes of two methods. All islands are one problem there, and rows of joints stay in it,
 // because many contacts use the device best. A method that stalls passes its best x to the other.
 Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
-  const Phase accelerated{apgd, "accelerated, on the device"}, spectral{spg, "on the device"};
-  const bool many = problem.K.contacts() >= choice::many_contacts;
-  return run_phases(
-      problem, options, budget,
-      many ? std::vector<Phase>{accelerated, spectral} : std::vector<Phase>{spectral, accelerated});
+  Field field{in_order(start_spg, "on the device"), in_order(start_apgd, "accelerated, on the device")};
+  if (problem.K.contacts() >= choice::many_contacts) std::swap(field[0], field[1]);
+  Solution s = race(problem, options, budget, field, {}, Budget::unlimited);
+  s.device = device_of(problem, options);
+  return s;
 }
 
 // A start that meets the tolerance is the solution, as for every method.
@@ -234,34 +239,21 @@ bool accepts_start(const Problem& problem, const Options& options, Solution& s) 
   return true;
 }
 
-// Names what elimination alone did.
+// Names what elimination alone did, where nothing else ran.
 void name_elimination(Solution& s) {
+  if (!s.reason.empty()) return;
   s.phases = {{s.method, eliminated, s.iterations, s.residual}};
   s.reason = describe(s.phases);
 }
 
-// Returns the one with the smaller residual, with counts and phases of both.
-Solution better_of(Solution first, Solution second) {
-  if (first.phases.empty()) first.phases = {{first.method, eliminated, first.iterations, first.residual}};
-  first.phases.insert(first.phases.end(), second.phases.begin(), second.phases.end());
-  add_counts(second, first);
-  second.time += first.time;
-  second.phases = std::move(first.phases);
-  take_better(second, std::move(first));
-  second.reason = describe(second.phases);
-  return second;
-}
-
-// One group of islands if another one has too many rows for the direct way: takes the direct way if this
-// group has few rows.
+// One group of islands if another one has too many rows for the direct way.
 Solution solve_directly_or_race(const Problem& problem, const Options& options, Budget& budget) {
   Elimination elimination;
   Solution s;
-  if (!elimination.solve(problem, options, budget, s)) return solve_one(problem, options, budget);
+  if (!solve_directly(problem, options, budget, elimination, s))
+    return race_for(problem, options, budget, usual);
   name_elimination(s);
-  return s.status == Status::converged
-             ? s
-             : better_of(std::move(s), solve_after_elimination(problem, options, budget));
+  return s;
 }
 
 // Solves the whole problem once more after the direct way has failed. It starts from zero, because near the
@@ -278,25 +270,48 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
     if (s.iterations >= options.max_iterations) return s;
     rest.max_iterations = options.max_iterations - s.iterations;
   }
-  return better_of(std::move(s), solve_by_islands(problem, rest, budget, solve_after_elimination));
+  Solution second = solve_by_islands(
+      problem, rest, budget,
+      [](const Problem& p, const Options& o, Budget& share) { return race_for(p, o, share, late); });
+  name_elimination(s);
+  s.status = second.status;
+  join(s, std::move(second));
+  s.reason = describe(s.phases);
+  return s;
 }
 
 }  // namespace
 
-// A single problem: islands share the tolerance of the whole.
+// Contacts between two faces (sliding and sticking, open and closed) stop the central path at a distance of
+// sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
+// the last digits. If it fails, P-SPG-FB continues.
+Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
+  constexpr const char* faces = "finds the faces that hold the path back";
+  Field field{in_order(start_central_path, "follows the central path"),
+              in_order(start_newton, faces, choice::newton_iterations)};
+  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
+    field.push_back(
+        in_order(start_path_of_frozen_terms, "another path, the De Saxce term held in each step"));
+    field.push_back(in_order(start_newton, faces, choice::newton_iterations));
+  }
+  field.push_back(in_order(start_spg, "takes the last digits", choice::last_iterations));
+  return race(problem, options, budget, field, {}, Budget::unlimited);
+}
+
+// A single problem.
 Solution automatic(const Problem& problem, const Options& options, Budget& budget) {
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
-    Solution s = solve_one(problem, options, budget);
+    Solution s = race_for(problem, options, budget, usual);
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    s = solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::whole);
-  if (s.reason.empty()) name_elimination(s);
+    s = solve_by_islands(problem, options, budget, solve_directly_or_race);
+  name_elimination(s);
   return s;
 }
 
@@ -312,7 +327,7 @@ bool solve_directly(const Problem& problem, const Options& options, Budget& budg
 
 Solution solve_by_race(const Problem& problem, const Options& options, Budget& budget) {
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
-  return solve_by_islands(problem, options, budget, solve_directly_or_race, ToleranceOf::each);
+  return solve_by_islands(problem, options, budget, solve_directly_or_race);
 }
 
 // A step of a simulation.

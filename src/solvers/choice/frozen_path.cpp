@@ -8,10 +8,11 @@
 // The interior point finds these at once. So in each round
 //   1.  a central path solves the convex problem of the best x so far,
 //   2.  a burst of apgd from there renews the term.
-// Either alone needs ten times the work. A round without progress ends it.
+// Either alone needs ten times the work. Two rounds without progress end it.
 #include "solvers/choice/frozen_path.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "amontons/solvers/first_order/apgd.hpp"
@@ -36,7 +37,7 @@ Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
 class FrozenPath : public VectorIterate {
  public:
   static constexpr const char* name = "apgd after a frozen path";
-  static constexpr Limits limits{choice::frozen_rounds, 2, 0};
+  static constexpr Limits limits{std::numeric_limits<std::size_t>::max(), 1, 0};
   using VectorIterate::VectorIterate;
 
   std::optional<double> step() {
@@ -46,11 +47,11 @@ class FrozenPath : public VectorIterate {
     o.law = Law::associated;
     o.x0 = {};
     o.tolerance = std::max(0.5 * options.tolerance, choice::frozen_tolerance * map_ / scale);
-    o.max_iterations = choice::frozen_path_iterations;
+    o.max_iterations = 0;
     o.history = false;
     o.callback = nullptr;
     const Problem frozen = with_frozen_term(problem, u);
-    Solution path = central_path(frozen, o, monitor.budget());
+    Solution path = complete(start_central_path(frozen, o, monitor.budget()));
     count(path);
     // 2.
     o.law = options.law;
@@ -59,11 +60,8 @@ class FrozenPath : public VectorIterate {
     o.max_iterations = choice::frozen_burst;
     Solution s = apgd(problem, o, monitor.budget());
     count(s);
-    const double before = map_;
     x = std::move(s.x);
-    map_ = evaluate();
-    if (map_ > choice::frozen_worth * before && ++poor_ > 1) return std::nullopt;
-    return map_;
+    return map_ = evaluate();
   }
   double start(const Start& s) { return map_ = VectorIterate::start(s); }
 
@@ -74,7 +72,6 @@ class FrozenPath : public VectorIterate {
     if (s.status == Status::interrupted) monitor.interrupt();
   }
   double map_ = 0;
-  int poor_ = 0;
 };
 
 }  // namespace

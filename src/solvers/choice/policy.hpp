@@ -80,6 +80,9 @@ inline constexpr double newton_factorizations = 4;
 // Iterations (count): limit within which Newton's method finds the faces or fails.
 inline constexpr std::size_t newton_iterations = 20;
 
+// Iterations (count): limit of p-spg-fb for the last digits of "interior-point".
+inline constexpr std::size_t last_iterations = 20000;
+
 // The race.
 
 // Work (relative): growth of a method's total work by one turn. It bounds the cost of the race to a multiple
@@ -111,16 +114,10 @@ inline constexpr std::size_t small_island = 64;
 
 // Rounds of a path with the De Saxce term held.
 
-// Rounds (count): no problem needed more.
-inline constexpr std::size_t frozen_rounds = 20;
 // Residual (relative to that of the start): target of the path. Its solution solves the true problem up to
 // the change of the term, which is of the order of that residual; further digits would be wrong.
 inline constexpr double frozen_tolerance = 0.02;
-// Iterations (count): limit of a path.
-inline constexpr std::size_t frozen_path_iterations = 30;
 // Iterations (count): of apgd after a path, to renew the term.
 inline constexpr std::size_t frozen_burst = 300;
-// Residual (factor): a round that gains less is poor, and a second poor one ends the rounds.
-inline constexpr double frozen_worth = 0.7;
 
 }  // namespace amontons::choice

@@ -108,7 +108,6 @@ class Race {
   void count_others(const Runner& r);
   void start(Runner& r);
   void end(Runner& r);
-  void keep(Solution s);
   IterationRecord among_all(IterationRecord record);
   Solution result();
 
@@ -255,12 +254,7 @@ void Race::end(Runner& r) {
   if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
       s.status == Status::deadline)
     ended_ = s.status;
-  keep(std::move(s));
-}
-
-void Race::keep(Solution s) {
-  add_counts(total_, s);
-  take_better(total_, std::move(s));
+  join(total_, std::move(s));
 }
 
 // A record of the current contender with iterations, products, time and best residual of the whole race.
@@ -283,7 +277,7 @@ Solution Race::result() {
       Solution s = best->run->finish();
       total_.phases[best->record].iterations = s.iterations;
       total_.phases[best->record].residual = s.residual;
-      keep(std::move(s));
+      join(total_, std::move(s));
     } else {
       total_.phases[best->record].iterations = best->run->iterations();
       total_.phases[best->record].residual = best->run->best_residual();

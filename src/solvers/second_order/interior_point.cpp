@@ -28,10 +28,7 @@
 
 #include "amontons/sets/barriers.hpp"
 #include "amontons/solvers/driver/driver.hpp"
-#include "amontons/solvers/driver/phases.hpp"
-#include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
-#include "amontons/solvers/second_order/newton.hpp"
 #include "solvers/second_order/coulomb_path.hpp"
 
 namespace amontons {
@@ -43,11 +40,6 @@ using Vector = std::vector<double>;
 // Step (relative to the distance to the boundary). On the boundary the scaling does not exist, and a step
 // that ends much nearer leaves the next one no room.
 constexpr double fraction = 0.995;
-// Iterations of the crossover. Under coulomb fewer Newton iterations: the path may end away from any
-// solution, where more of them fail.
-constexpr std::size_t newton_iterations = 30, coulomb_newton_iterations = 12, first_order_iterations = 20000;
-// With many blocks the crossover is shortened; otherwise it would take seconds for the last digits.
-constexpr std::size_t few_blocks = 1000, many_newton_iterations = 8, many_first_order_work = 50'000'000;
 // Growth over the best residual that ends the path. While it converges the residual may rise for a few steps.
 // At the end W is all rounding, and the residual rises by many powers of ten.
 constexpr double lost_path = 1e4;
@@ -235,10 +227,6 @@ std::optional<double> InteriorPoint::step() {
   return map_ = evaluate();
 }
 
-Solution path_of_frozen_terms(const Problem& problem, const Options& options, Budget& budget) {
-  return complete(start_path_of_frozen_terms(problem, options, budget));
-}
-
 }  // namespace
 
 std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& options, Budget& budget) {
@@ -250,34 +238,6 @@ std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& o
 std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options,
                                                 Budget& budget) {
   return drive<InteriorPoint>(problem, options, budget);
-}
-
-Solution central_path(const Problem& problem, const Options& options, Budget& budget) {
-  return complete(start_central_path(problem, options, budget));
-}
-
-// Contacts between two faces (sliding and sticking, open and closed) stop the central path at a distance of
-// sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
-// the last digits. If it fails, P-SPG-FB continues.
-Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
-  const std::size_t blocks = problem.K.blocks();
-  const std::size_t newtons = blocks > few_blocks                        ? many_newton_iterations
-                              : law_of(problem, options) == Law::coulomb ? coulomb_newton_iterations
-                                                                         : newton_iterations;
-  const std::size_t first_order =
-      std::min(first_order_iterations, many_first_order_work / std::max<std::size_t>(blocks, 1));
-  std::vector<Phase> crossover{
-      {.method = central_path, .why = "follows the central path"},
-      {.method = newton, .why = "finds the faces that hold the path back", .iterations = newtons}};
-  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
-    crossover.push_back(
-        {.method = path_of_frozen_terms, .why = "another path, the De Saxce term held in each step"});
-    crossover.push_back(
-        {.method = newton, .why = "finds the faces that hold it back", .iterations = newtons});
-  }
-  crossover.push_back(
-      {.method = spg, .why = "takes the last digits", .iterations = std::max<std::size_t>(first_order, 1)});
-  return run_phases(problem, options, budget, crossover);
 }
 
 }  // namespace amontons

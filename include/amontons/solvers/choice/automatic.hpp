@@ -14,6 +14,9 @@ Solution automatic(const Problem&, const Options&, Budget&, Elimination&, Soluti
 // Eliminates bilateral rows and solves islands of few rows to rounding. The race solves what remains. Returns
 // false where the direct way does not apply; `s` is then undefined, but its arrays keep their memory.
 bool solve_directly(const Problem&, const Options&, Budget&, Elimination&, Solution& s);
+// "interior-point": the central path, then newton and p-spg-fb for the last digits. The most accurate method,
+// and the method for hyperstatic stacks. InputError for a function.
+Solution interior_point(const Problem&, const Options&, Budget&);
 // Methods race, island by island. On a device that serves the problem one of its two methods runs instead.
 Solution solve_by_race(const Problem&, const Options&, Budget&);
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <span>
-#include <vector>
-
 #include "amontons/solvers/driver/phases.hpp"
 
 namespace amontons {
@@ -21,26 +18,6 @@ namespace amontons {
 // Small islands are solved together. Only a ContactSystem is divided into islands; another operator, and a
 // solve with history or a callback, is one island. Status and reason of the Solution are those of the
 // hardest.
-//
-// `each` solves every island to its own tolerance: a wall at rest does not creep because a ball flies
-// elsewhere. `whole` gives each island its share of the error of the whole problem; with n islands
-//    tol_k^2 |F_k(0)|^2 = tol^2 (|F_k(0)|^2 + |F(0)|^2 / n) / 2,   whose sum over k is tol^2 |F(0)|^2.
-enum class ToleranceOf : unsigned char { each, whole };
-Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method,
-                          ToleranceOf tolerance = ToleranceOf::each);
-
-// Some islands as a problem of their own, with bodies numbered in the order of their appearance. Beside trees
-// all bodies keep their numbers.
-struct IslandPart {
-  Problem problem;
-  // Row and body of the whole problem for every row and body of the part: x_part[k] = x[rows[k]].
-  std::vector<std::size_t> rows;
-  std::vector<Index> bodies;
-};
-// The part of some blocks, ascending, of a ContactSystem, which must be whole islands. The arrays of `part`
-// keep their memory. `body_number` is scratch, -1 or empty before and -1 after: one for all parts, so that
-// the cost of many parts is linear in the whole.
-void extract(const Problem& whole, std::span<const std::size_t> members, std::vector<Index>& body_number,
-             IslandPart& part);
+Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method);
 
 }  // namespace amontons

@@ -3,12 +3,8 @@
 
 namespace amontons {
 
-// "interior-point": the central path, then newton and p-spg-fb for the last digits. One factorisation per
-// step, ten to thirty steps. The most accurate method, and the method for hyperstatic stacks. InputError for
-// a function.
-Solution interior_point(const Problem&, const Options&, Budget&);
-// The path alone, without that crossover: a phase of other tables.
-Solution central_path(const Problem&, const Options&, Budget&);
+// The central path alone, without the crossover of "interior-point" (choice/automatic.hpp): one factorisation
+// per step, ten to thirty steps. InputError for a function.
 std::unique_ptr<Run> start_central_path(const Problem&, const Options&, Budget&);
 // The same with the De Saxce term held in each step.
 std::unique_ptr<Run> start_path_of_frozen_terms(const Problem&, const Options&, Budget&);

@@ -3,7 +3,7 @@
 // with it. A step may pose several problems: those of impacts, and one with contacts that come into reach.
 // Each has faces of its own, which the first held step finds. A problem of a later step that none of them is
 // like is solved as usual, and counted.
-#include "amontons/multibody/step/held_step.hpp"
+#include "amontons/multibody/derivatives/held_step.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "amontons/base/error.hpp"
-#include "amontons/solvers/second_order/held_faces.hpp"
 #include "amontons/solvers/solvers.hpp"
+#include "multibody/derivatives/held_faces.hpp"
 
 namespace amontons {
 

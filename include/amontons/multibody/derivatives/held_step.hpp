@@ -7,7 +7,7 @@ namespace amontons {
 
 // The last step of a simulation with its contacts, joints and drives held on their faces: what is open stays
 // open, what sticks sticks, what slides slides. Steps from nearby states, controls and parameters then differ
-// from it by its derivative, to first order (solvers/second_order/held_faces.hpp).
+// from it by its derivative, to first order (multibody/derivatives/held_faces.hpp).
 class HeldStep {
  public:
   // InputError before the first step.

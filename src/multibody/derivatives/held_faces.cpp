@@ -3,7 +3,7 @@
 // alone: x - M^+ F(x) errs by the square of the change, and a few of them by rounding.
 //
 // M is singular where impulses are not determined. M^+ is then the least change of impulses that does it.
-#include "amontons/solvers/second_order/held_faces.hpp"
+#include "multibody/derivatives/held_faces.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

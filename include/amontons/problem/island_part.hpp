@@ -1,0 +1,23 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "amontons/problem/problem.hpp"
+
+namespace amontons {
+
+// Some islands as a problem of their own, with bodies numbered in the order of their appearance. Beside trees
+// all bodies keep their numbers.
+struct IslandPart {
+  Problem problem;
+  // Row and body of the whole problem for every row and body of the part: x_part[k] = x[rows[k]].
+  std::vector<std::size_t> rows;
+  std::vector<Index> bodies;
+};
+// The part of some blocks, ascending, of a ContactSystem, which must be whole islands. The arrays of `part`
+// keep their memory. `body_number` is scratch, -1 or empty before and -1 after: one for all parts, so that
+// the cost of many parts is linear in the whole.
+void extract(const Problem& whole, std::span<const std::size_t> members, std::vector<Index>& body_number,
+             IslandPart& part);
+
+}  // namespace amontons
