@@ -184,6 +184,48 @@ TEST(half_rows_along_a_coordinate_are_those_of_their_bodies) {
   CHECK(count == 5);
 }
 
+// A x by the halves is that of all sweeps over bodies. Breaks when a compliance, a contact or the fixed part
+// of a row gets lost. A row that moves a free body has no half there: the sweeps are needed.
+TEST(products_by_halves_are_those_over_bodies) {
+  OddTrees t;
+  ContactSystem A;
+  for (int i = 0; i < 7; ++i) {
+    A.bodies.inverse_mass.push_back(i == 5 ? 0 : 1.0 + i);
+    A.bodies.inverse_inertia.push_back(i == 5 ? std::array<double, 6>{} : std::array<double, 6>{1, 2, 3});
+    A.bodies.centre.emplace_back();
+  }
+  A.constrained = t.step.constrained;
+  const auto wrench = [&] {
+    std::array<double, 6> j;
+    for (double& x : j) x = t.random();
+    return j;
+  };
+  for (const auto& [a, b] : {std::pair<Index, Index>{1, world}, {2, 5}, {4, 0}}) {
+    Contact c;
+    c.body_a = a;
+    c.body_b = b;
+    c.normal = t.random.unit();
+    c.r_a = t.random.vector();
+    c.r_b = t.random.vector();
+    A.contacts.push_back(c);
+    A.contact_compliance.push_back(0.1 * static_cast<double>(A.contacts.size()));
+    A.jacobian.push_back({b, a, wrench(), wrench()});
+    A.compliance.push_back(0.01 * static_cast<double>(A.contacts.size()));
+  }
+  A.renew();
+  CHECK(A.half.whole);
+  std::vector<double> x(A.rows()), y(x.size()), same(x.size());
+  for (double& value : x) value = t.random();
+  A.product(x, y);
+  A.half.whole = false;
+  A.product(x, same);
+  for (std::size_t i = 0; i < x.size(); ++i) CHECK_NEAR(y[i], same[i], 1e-12);
+  A.jacobian.push_back({6, 1, wrench(), wrench()});
+  A.compliance.push_back(0);
+  A.renew();
+  CHECK(!A.half.whole);
+}
+
 // Displacements are products of turns and slides about the axes at the start, and the poses after them follow
 // from coordinates. Breaks when the order of dofs, of a ball or of a reversed joint differs, or a point.
 TEST(displacements_of_trees_lead_to_the_poses_of_their_coordinates) {
