@@ -140,14 +140,10 @@ void Linkage::move(double* w) const {
 }
 
 // Upwards from both bodies. At a common ancestor the wrenches add. Those of a row between bodies of one tree
-// cancel there. L^-T still carries the entries below to the ancestors: forces between two links of a robot
-// move its base.
-//
-// Rows of one contact go the same way, and share every step on it and every entry of L.
+// cancel there.
 template <std::size_t n>
-void Linkage::half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
-                         std::vector<Index>& support) const {
-  support.clear();
+void Linkage::project(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
+                      std::vector<Index>& support) const {
   const Index ia = place_of(row[0].body_a), ib = place_of(row[0].body_b);
   Index a = ia < 0 ? -1 : last[ia], b = ib < 0 ? -1 : last[ib];
   std::array<Six, n> on_a{}, on_b{};
@@ -166,6 +162,25 @@ void Linkage::half_solve(const std::array<JacobianRow, n>& row, std::array<doubl
     support.push_back(k);
     for (std::size_t r = 0; r < n; ++r) y[k][r] = power(column[k], on[r].data());
     k = parent[k];
+  }
+}
+
+// L^-T carries the entries below to the ancestors: forces between two links of a robot move its base. A row
+// along a coordinate has one entry to begin with. No sum over the bodies beyond it is needed.
+//
+// Rows of one contact go the same way, and share every step on it and every entry of L.
+template <std::size_t n>
+void Linkage::half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
+                         std::vector<Index>& support) const {
+  support.clear();
+  if (n == 1 && row[0].coordinate >= 0) {
+    for (Index k = row[0].coordinate; k >= 0; k = parent[k]) {
+      support.push_back(k);
+      y[k].fill(0);
+    }
+    y[support[0]][0] = row[0].scale;
+  } else {
+    project(row, y, support);
   }
   for (const Index k : support) {
     const double* L = &rows[first[k]] + 1;

@@ -40,11 +40,12 @@ struct ConstrainedBodies {
 };
 
 // Rows of D M^-1/2 on trees (Linkage::half_solve), row by row: nonzeros of row i are [first[i], first[i +
-// 1]).
+// 1]). `whole`: all bodies that these rows move are of trees, so that A = Y'Y + E with the rows of Y.
 struct HalfRows {
   std::vector<std::size_t> first;
   std::vector<Index> coordinate;
   std::vector<double> value;
+  bool whole = false;
 };
 
 // The factored Delassus operator A = D M^-1 D' + E of bodies, contacts and rows. The rows of the contacts

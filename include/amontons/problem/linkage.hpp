@@ -70,6 +70,12 @@ struct Linkage {
     if (place_of(row.body_b) >= 0) row.body_b = world;
     return row;
   }
+
+ private:
+  // The nonzeros of (row J)', and where they are.
+  template <std::size_t n>
+  void project(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
+               std::vector<Index>& support) const;
 };
 
 }  // namespace amontons

@@ -77,8 +77,11 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
   // The stored impulse is along L = G l.
   RowTag tag{RowKind::actuator, index, 0};
   tag.scale = s / G;
-  auto terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort, line.rate}, s,
-                           line.inverse_mass, in.options);
+  std::optional<RowTerms> terms;
+  if (law.stiffness > 0 || law.damping > 0)
+    terms = drive_terms({law.stiffness, length, law.damping, 0, 0, law.effort, line.rate}, s,
+                        line.inverse_mass ? *line.inverse_mass : inverse_effective_mass(line.row, in.bodies),
+                        in.options);
   if (!terms) {
     tag.scale = 1 / G;
     if (G != 0) rows.efforts.push_back({tag, in.options.kick * known_effort(law)});

@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "multibody/joints/wide_rows.hpp"
 
 namespace amontons {
@@ -22,8 +24,9 @@ double next_activation(const Actuator& actuator, double control, double activati
 // of l.
 struct ActuatedLine {
   JacobianRow row;
-  double scale, inverse_mass;  // of the row
-  double length, rate;         // l and l' at the start of the step
+  double scale;                        // s
+  std::optional<double> inverse_mass;  // of the row; empty: to be found where it is needed
+  double length, rate;                 // l and l' at the start of the step
   double offset = 0;
 };
 // Appends the row of an actuator, or records its known effort.

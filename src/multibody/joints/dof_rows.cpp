@@ -180,15 +180,12 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
                    control < 0 ? 0 : in.state.controls[control],
                    control < 0 ? 0 : effort_controls(in)[control],
                    in.state.dof_impulses[first + i],
-                   joint_row(joint, s * joint.duals[i]),
+                   dof_row(joint, i),
                    dof.armature > 0 ? rates[i] : 0};
     if (!joint.in_tree) append_passive(in, d, rows);  // M of trees has them
     const double motor_speed = append_motor(in, d, rows);
     for (const Index k : in.model.actuators_of_dof(first + i))
-      append_actuator(in, k,
-                      {d.row, s, inverse_effective_mass(d.row, in.bodies), q[i],
-                       row_velocity(d.row, in.bodies.start) / s},
-                      rows);
+      append_actuator(in, k, {d.row, s, {}, q[i], row_velocity(d.row, in.bodies.start) / s}, rows);
     // Dry friction of a given size: the rate is zero while |x| < h friction, otherwise x is at the bound
     // against it. This is the variational inequality over that interval with c = 0.
     const double slip = in.state.dof_slips.empty() ? 0 : in.state.dof_slips[first + i];

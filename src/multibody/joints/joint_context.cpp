@@ -117,10 +117,20 @@ JacobianRow joint_row(const JointContext& joint, const Screw& wrench) {
 }
 
 // -1 turns C <= 0 into C >= 0.
+JacobianRow dof_row(const JointContext& joint, std::size_t dof) {
+  const double s = joint.scale(dof);
+  JacobianRow row = joint_row(joint, s * joint.duals[dof]);
+  if (!joint.in_tree) return row;
+  row.coordinate = joint.first_coordinate + static_cast<Index>(dof);
+  row.scale = s;
+  return row;
+}
+
 JacobianRow operator*(double s, const JacobianRow& row) {
   JacobianRow out = row;
   for (double& c : out.a) c *= s;
   for (double& c : out.b) c *= s;
+  out.scale *= s;
   return out;
 }
 

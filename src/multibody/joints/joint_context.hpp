@@ -29,9 +29,10 @@ struct JointContext {
   std::array<Screw, 6> duals;   // dual_wrenches() of the chain
   std::array<Screw, 6> locked;  // locked_wrenches() of the chain, made only by place_joints()
   std::size_t locked_count = 0;
-  bool in_tree = false;  // the bodies move in its coordinates: it locks nothing by rows
-  Vec3 arm;              // from the origin of frame_a to the reference point on A, axes of frame_b
-  Vec3 r_a, r_b;         // from the centres of mass to the reference point on A, world
+  bool in_tree = false;         // the bodies move in its coordinates: it locks nothing by rows
+  Index first_coordinate = -1;  // of the tree: that of its first dof
+  Vec3 arm;                     // from the origin of frame_a to the reference point on A, axes of frame_b
+  Vec3 r_a, r_b;                // from the centres of mass to the reference point on A, world
   bool rotates(std::size_t dof) const { return joint->dofs[dof].kind == Dof::Kind::hinge; }
   // Rows of angles are multiplied by the length. All rows of a problem then have the same unit, and neither
   // the residual nor the iterates of a solver depend on the units of the model.
@@ -57,6 +58,8 @@ Screw joint_twist(const JointContext& joint, const BodyVelocities& v);
 
 // The row of a wrench on A (axes of frame_b, about the reference) and the opposite one on B.
 JacobianRow joint_row(const JointContext& joint, const Screw& wrench);
+// The row of the rate of a dof times its scale.
+JacobianRow dof_row(const JointContext& joint, std::size_t dof);
 JacobianRow operator*(double s, const JacobianRow& row);
 
 }  // namespace amontons

@@ -43,8 +43,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
   if (!step.forest.empty()) {
     read_rates(step.forest, trees, o.frames, solved.after, trees.after);
     store_drive_impulses(step.forest, step.h, step.last, trees, state);
-    store_tree_reactions(step.model, step.forest, o.joints, o.frames, o.start,
-                         impulses_on_bodies(*posed.problem, x), step.h, trees, state);
+    store_tree_reactions(step.forest, o.joints, o.frames, o.start, impulses_on_bodies(*posed.problem, x),
+                         step.h, trees, state);
   }
   find_ahead(step, posed, solved, state.impulse_step, o);
   state.impulse_step = step.kick();

@@ -43,7 +43,7 @@ static void find_past_of_trees(const StepSetting& step, const State& state, Obse
   const auto& tendons = step.model.description().tendons;
   if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
   past_of({step.model, o.bodies(), o.joints, state, step.joint_options(o.held.controls)}, rows);
-  change_past(step.model, step.forest, state, step.kick(), o.frames, o.start, o.trees, rows.past);
+  change_past(step.forest, step.kick(), o.frames, o.start, o.trees, rows.past);
 }
 
 // The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
@@ -66,13 +66,12 @@ static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed)
 
 // The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
 // the motion of second order with contacts, too. b follows. `w`: those impulses, per body.
-static void foresee_impulses(const StepSetting& step, const State& state, std::span<const double> w,
-                             Observed& o, StepProblem& posed) {
+static void foresee_impulses(const StepSetting& step, std::span<const double> w, Observed& o,
+                             StepProblem& posed) {
   // The change of the free velocities is known only afterwards; b needs no other.
   BodyVelocities& change = posed.change;
   change = o.free;
-  foresee_tree_velocities(step.model, step.forest, state, step.h, step.last, o.frames, o.start, w, o.trees,
-                          o.free);
+  foresee_tree_velocities(step.forest, step.h, step.last, o.frames, o.start, w, o.trees, o.free);
   for (std::size_t i = 0; i < change.size(); ++i)
     change[i] = {o.free[i].linear - change[i].linear, o.free[i].angular - change[i].angular};
   change_free(change, *posed.problem);
@@ -99,7 +98,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   std::span<double> w;
   if (!posed.x0.empty() && (!step.forest.empty() || !o.contacts.empty()))
     w = impulses_on_bodies(*posed.problem, posed.x0);
-  if (!step.forest.empty()) foresee_impulses(step, state, w, o, posed);
+  if (!step.forest.empty()) foresee_impulses(step, w, o, posed);
   // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
   posed.predicted.clear();
   if (!w.empty() && !o.contacts.empty()) {

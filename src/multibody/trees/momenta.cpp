@@ -2,31 +2,58 @@
 // what joints react to (reactions.cpp).
 #include "multibody/trees/momenta.hpp"
 
-#include "multibody/bodies/motion.hpp"
-#include "multibody/trees/poses.hpp"
-
 namespace amontons {
 
 namespace {
 
-// The pose of a body on its joint after the coordinates have moved with the rates for h.
-Transform moved_on_joint(const Model& model, const TreeBody& b, const TreePlace& place,
-                         const Transform& parent, std::span<const double> coordinates,
-                         std::span<const double> rates, double h, const TreeStep& trees) {
-  const Joint& joint = model.joint(b.joint);
-  Transform relative;
+// rotate(q, v) - v with all digits, however small the turn.
+Vec3 way_of(const Quat& q, const Vec3& v) {
+  const Vec3 t = 2 * cross(q.vector(), v);
+  return q.w * t + cross(q.vector(), t);
+}
+
+// Displacements x -> p + R x of the bodies of a tree, about its reference point.
+//
+// A turn about a point.
+Transform turned_about(const Vec3& point, const Quat& turn) { return {-way_of(turn, point), turn}; }
+
+// That of a body without a joint over h. Its centre of mass, at `arm`, moves straight.
+Transform displaced_freely(const Vec3& arm, const Vec3& linear, const Vec3& angular, double h) {
+  Transform way = turned_about(arm, exponential(h * angular));
+  way.position += h * linear;
+  return way;
+}
+
+// That of a body whose coordinates move with the rates for h, on top of `whole`, that of its parent. A dof
+// displaces all that lies beyond it along its axis at the start: the axes that lie between it and the world
+// then carry the result on. So displacements come in the order of the dofs from the parent to the body.
+Transform displaced_on_joint(const TreeBody& b, const TreePlace& place, std::span<const double> rates,
+                             double h, const TreeStep& trees, Transform whole) {
+  const auto turn_ball = [&] {
+    Vec3 turn;
+    for (std::size_t k = b.first + b.dofs; k < b.first + b.count; ++k)
+      turn += h * rates[k] * trees.columns[k].angular;
+    whole = whole * turned_about(place.frame_a.position - place.reference, exponential(turn));
+  };
+  const bool has_ball = b.count > b.dofs;
+  if (has_ball && b.reversed) turn_ball();
   for (std::size_t i = 0; i < b.dofs; ++i) {
-    const Dof& dof = joint.dofs[i];
-    const double way = h * rates[b.first + i];
-    const Quat turn =
-        dof.kind == Dof::Kind::hinge ? exponential(way * dof.axis) * trees.turns[b.first + i] : Quat{};
-    append_dof(dof, coordinates[b.first_dof + i] + way, turn, relative);
+    const std::size_t k = b.first + (b.reversed ? b.dofs - 1 - i : i);
+    const Flow& s = trees.columns[k];
+    const double way = h * rates[k];
+    if (s.angular == Vec3{})
+      whole.position += rotate(whole.rotation, way * s.linear);
+    else  // an axis e through p has the column (p x e, e), and e x (p x e) is its point next to the reference
+      whole = whole * turned_about(cross(s.angular, s.linear), exponential(way * s.angular));
   }
-  if (b.count > b.dofs) {
-    const double* w = &rates[b.first + b.dofs];
-    relative.rotation = relative.rotation * (place.ball * exponential(h * Vec3{w[0], w[1], w[2]}));
-  }
-  return parent * (b.fore * (b.reversed ? inverse(relative) : relative) * b.aft);
+  if (has_ball && !b.reversed) turn_ball();
+  return whole;
+}
+
+// Half of a turn lies in the middle between the unit and its quaternion.
+Quat half_of(const Quat& q) {
+  const double s = q.w < 0 ? -1 : 1;
+  return normalised({1 + s * q.w, s * q.x, s * q.y, s * q.z});
 }
 
 }  // namespace
@@ -48,50 +75,54 @@ void make_flows(const Forest& forest, const BodyFrames& frames, const BodyVeloci
   }
 }
 
-void make_momenta(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                  const BodyVelocities& start, std::span<const double> rates, double h, TreeStep& trees,
-                  std::vector<Flow>& momenta) {
+void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
+                  std::span<const double> rates, double h, TreeStep& trees, std::vector<Flow>& momenta) {
   trees.moved.resize(forest.bodies.size());
   trees.chord.resize(forest.bodies.size());
   momenta.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     const TreePlace& place = trees.places[i];
-    Transform& pose = trees.moved[i];
+    const Vec3 arm = place.centre - place.reference;
+    Transform& moved = trees.moved[i];
     if (b.joint < 0) {
       const double* r = &rates[b.first];
-      pose = moved(frames[b.body], {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}}, h);
+      moved = displaced_freely(arm, {r[0], r[1], r[2]}, {r[3], r[4], r[5]}, h);
     } else {
-      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
-      const Transform parent = above >= 0      ? trees.moved[above]
-                               : b.parent >= 0 ? moved(frames[b.parent], start[b.parent], h)
-                                               : Transform{};
-      pose = moved_on_joint(model, b, place, parent, state.coordinates, rates, h, trees);
+      Transform parent;
+      if (const Index above = b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
+        parent = trees.moved[above];
+      else if (b.parent >= 0)
+        parent = displaced_freely(frames[b.parent].centre - place.reference, start[b.parent].linear,
+                                  start[b.parent].angular, h);
+      moved = displaced_on_joint(b, place, rates, h, trees, parent);
     }
     // The rotation vector of the turn is its axis times the angle, so that spin = turn / h is the mean
     // angular velocity. Halfway the inertia has turned by half of it, exp(turn / 2) I exp(-turn / 2), and the
     // spin not at all, as it is the axis: L = exp(turn / 2) (I spin).
-    const Vec3 way = pose(model.body(b.body).centre_of_mass) - place.centre;
-    const Vec3 turn = logarithm(pose.rotation * conjugate(place.pose.rotation));
-    const Vec3 p = (model.body(b.body).mass / h) * way;
-    const Vec3 spin = rotate(exponential(0.5 * turn), frames[b.body].inertia * ((1 / h) * turn));
-    momenta[i] = {p, spin + cross(place.centre - place.reference, p)};
-    trees.chord[i] = from_point((1 / h) * way, (1 / h) * turn, place.centre - place.reference);
+    const Vec3 way = moved.position + way_of(moved.rotation, arm);
+    const Vec3 turn = logarithm(moved.rotation);
+    const Vec3 p = (trees.inertias[i].mass / h) * way;
+    const Vec3 spin = rotate(half_of(moved.rotation), frames[b.body].inertia * ((1 / h) * turn));
+    momenta[i] = {p, spin + cross(arm, p)};
+    trees.chord[i] = from_point((1 / h) * way, (1 / h) * turn, arm);
   }
 }
 
 // Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
-void change_past(const Model& model, const Forest& forest, const State& state, double h,
-                 const BodyFrames& frames, const BodyVelocities& start, TreeStep& trees,
-                 std::vector<Past>& past) {
-  make_momenta(model, forest, state, frames, start, trees.before, -h, trees, trees.momenta);
+void change_past(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
+                 TreeStep& trees, std::vector<Past>& past) {
+  make_momenta(forest, frames, start, trees.before, -h, trees, trees.momenta);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
-    const Transform& pose = trees.moved[i];
-    const Vec3 centre = pose(model.body(body).centre_of_mass);
-    const Vec3 mean = (1 / h) * (frames[body].centre - centre);
-    past[body] = {
-        pose, centre, {2 * mean - start[body].linear, 2 * trees.chord[i].angular - start[body].angular}};
+    const TreePlace& place = trees.places[i];
+    const Transform& moved = trees.moved[i];
+    const Vec3 centre = place.reference + moved(place.centre - place.reference);
+    const Vec3 mean = (1 / h) * (place.centre - centre);
+    past[body] = {{place.reference + moved(place.pose.position - place.reference),
+                   moved.rotation * place.pose.rotation},
+                  centre,
+                  {2 * mean - start[body].linear, 2 * trees.chord[i].angular - start[body].angular}};
   }
 }
 

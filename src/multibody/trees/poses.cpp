@@ -227,6 +227,7 @@ void place_tree_joints(const Model& model, const Forest& forest, const State& st
     if (b.joint < 0) continue;
     const TreePlace& place = trees.places[i];
     JointContext& context = joints[b.joint];
+    context.first_coordinate = static_cast<Index>(b.first);
     context.pose = {place.frame_a, place.frame_b, place.relative};
     context.axes = to_matrix(place.frame_b.rotation);
     context.chain = place.chain;

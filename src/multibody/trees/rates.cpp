@@ -97,16 +97,16 @@ double largest(std::span<const double> rates) {
 // which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
 //
 // False: the rounds diverge, as coordinates turn too far within the step.
-bool find_rates(const Model& model, const Forest& forest, const State& state, double h, double last_step,
-                const BodyFrames& frames, const BodyVelocities& start, std::span<const double> pushed,
-                TreeStep& trees, std::vector<double>& rates) {
+bool find_rates(const Forest& forest, double h, double last_step, const BodyFrames& frames,
+                const BodyVelocities& start, std::span<const double> pushed, TreeStep& trees,
+                std::vector<double>& rates) {
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
   const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
   for (int round = 0; round < trees::most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
-    make_momenta(model, forest, state, frames, start, rates, h, trees, trees.impulse);
+    make_momenta(forest, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     subtract_stiffness(forest, rates, trees, trees.impulse);
@@ -233,12 +233,11 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, double 
 
 // Joints do no work over two displacements in mean, if these are short: their forces are normal to the
 // motion in the pose between them. Coordinates that turn by radians within a step break this.
-static bool creates_energy(const Model& model, const Forest& forest, const State& state, double h,
-                           double last, const BodyFrames& frames, const BodyVelocities& start,
-                           TreeStep& trees) {
+static bool creates_energy(const Forest& forest, double h, double last, const BodyFrames& frames,
+                           const BodyVelocities& start, TreeStep& trees) {
   const double fastest = std::max(trees.fastest, largest(trees.free));
   if (!is_fast(h * fastest)) return false;
-  make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+  make_momenta(forest, frames, start, trees.free, h, trees, trees.impulse);
   double energy = 0, work = 0;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     energy += power(trees.momenta[i], trees.chord_before[i]) + power(trees.impulse[i], trees.chord[i]);
@@ -255,9 +254,8 @@ static bool creates_energy(const Model& model, const Forest& forest, const State
 // A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies
 // whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
 // are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
-static void project_momenta(const Model& model, const Forest& forest, const State& state, double h,
-                            double last, const BodyFrames& frames, const BodyVelocities& start,
-                            TreeStep& trees) {
+static void project_momenta(const Forest& forest, double h, double last, const BodyFrames& frames,
+                            const BodyVelocities& start, TreeStep& trees) {
   const std::size_t n = forest.parent.size();
   trees.impulse = trees.supply;
   project(forest, trees.impulse, trees);
@@ -265,7 +263,7 @@ static void project_momenta(const Model& model, const Forest& forest, const Stat
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.along;
   for (int round = 0; round < trees::most_rounds; ++round) {
-    make_momenta(model, forest, state, frames, start, trees.free, h, trees, trees.impulse);
+    make_momenta(forest, frames, start, trees.free, h, trees, trees.impulse);
     double had = 0, has = 0, work = 0;
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
       had += 0.5 * power(trees.momenta[i], trees.chord_before[i]);
@@ -285,9 +283,9 @@ static void project_momenta(const Model& model, const Forest& forest, const Stat
 //
 // The momenta before the step are those of the displacement that led here, over the step before. Without a
 // step before they are those of the rates, which are then of this instant.
-void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                             double last, const BodyFrames& frames, const BodyVelocities& start,
-                             std::span<const double> w, TreeStep& trees, BodyVelocities& free) {
+void foresee_tree_velocities(const Forest& forest, double h, double last, const BodyFrames& frames,
+                             const BodyVelocities& start, std::span<const double> w, TreeStep& trees,
+                             BodyVelocities& free) {
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
   trees.pushed.assign(n, 0.0);
@@ -310,7 +308,7 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
     return;
   }
   if (last > 0) {
-    make_momenta(model, forest, state, frames, start, trees.before, -last, trees, trees.momenta);
+    make_momenta(forest, frames, start, trees.before, -last, trees, trees.momenta);
     trees.chord_before = trees.chord;
   } else {
     make_slow_momenta(forest, frames, start, trees.before, trees, trees.momenta);
@@ -318,12 +316,11 @@ void foresee_tree_velocities(const Model& model, const Forest& forest, const Sta
   }
   trees.loads = trees.supply;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
-  const bool found =
-      find_rates(model, forest, state, h, last, frames, start, trees.pushed, trees, trees.free);
-  if (found && !creates_energy(model, forest, state, h, last, frames, start, trees)) {
+  const bool found = find_rates(forest, h, last, frames, start, trees.pushed, trees, trees.free);
+  if (found && !creates_energy(forest, h, last, frames, start, trees)) {
     for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   } else {
-    project_momenta(model, forest, state, h, last, frames, start, trees);
+    project_momenta(forest, h, last, frames, start, trees);
   }
   write_velocities(forest, frames, trees.free, trees, free);
 }

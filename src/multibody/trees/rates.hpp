@@ -20,9 +20,9 @@ void make_free_tree_velocities(const Model& model, const Forest& forest, double 
 
 // The same to rounding, if impulses w (six numbers per body of the model; empty: none) will act. M^-1 J'w is
 // not included, but the motion that results with it.
-void foresee_tree_velocities(const Model& model, const Forest& forest, const State& state, double h,
-                             double last, const BodyFrames& frames, const BodyVelocities& start,
-                             std::span<const double> w, TreeStep& trees, BodyVelocities& free);
+void foresee_tree_velocities(const Forest& forest, double h, double last, const BodyFrames& frames,
+                             const BodyVelocities& start, std::span<const double> w, TreeStep& trees,
+                             BodyVelocities& free);
 
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and there the middle
 // velocities for `rates_then`. Bodies outside of trees have moved already, with the velocities v.

@@ -60,13 +60,13 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
 
 // The joints supply the momenta after the step, less those before it and all loads. trees.supply still holds
 // the latter two.
-void store_tree_reactions(const Model& model, const Forest& forest, const JointContexts& joints,
-                          const BodyFrames& frames, const BodyVelocities& start, std::span<const double> w,
-                          double h, TreeStep& trees, State& state) {
+void store_tree_reactions(const Forest& forest, const JointContexts& joints, const BodyFrames& frames,
+                          const BodyVelocities& start, std::span<const double> w, double h, TreeStep& trees,
+                          State& state) {
   if (trees.slow)
     make_slow_momenta(forest, frames, start, trees.after, trees, trees.impulse);
   else
-    make_momenta(model, forest, state, frames, start, trees.after, h, trees, trees.impulse);
+    make_momenta(forest, frames, start, trees.after, h, trees, trees.impulse);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     trees.impulse[i].linear -= trees.supply[i].linear;
     trees.impulse[i].angular -= trees.supply[i].angular;

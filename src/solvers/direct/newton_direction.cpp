@@ -74,28 +74,35 @@ void NewtonDirection::take_bounds(const Reduction::Island& island, std::vector<d
 // Matrix and right-hand side of the active blocks. Most rows of H have one nonzero.
 void NewtonDirection::fill(const Reduction::Island& island, double sigma) {
   const std::size_t m = island.rows(), stride = factor_stride(rhs_.size());
-  J_.assign(rhs_.size() * stride, 0.0);
+  J_.resize(rhs_.size() * stride);
   std::size_t at = 0;
   for (std::size_t b : active_) {
     const Linear& l = linear_[b];
     for (std::size_t i = 0; i < l.dim; ++i, ++at) {
       const double* H = &l.H[l.dim * i];
+      double* to = &J_[stride * at];
       rhs_[at] = -l.F[i];
+      bool begun = false;
       for (std::size_t k = 0; k < l.dim; ++k) {
         rhs_[at] -= H[k] * du_[l.row + k];
-        if (H[k] != 0) add_active(&island.W[m * (l.row + k)], H[k], &J_[stride * at]);
+        if (H[k] == 0) continue;
+        const double* W = &island.W[m * (l.row + k)];
+        begun ? add_active<true>(W, H[k], to) : add_active<false>(W, H[k], to);
+        begun = true;
       }
-      double* J = &J_[stride * at + l.column];
+      std::fill(to + (begun ? rhs_.size() : 0), to + stride, 0.0);
+      double* J = to + l.column;
       for (std::size_t j = 0; j < l.dim; ++j) J[j] += l.G[l.dim * i + j] + H[j] * sigma * l.p;
     }
   }
 }
 
-// J += h w, where w is a row of W restricted to the columns of the active blocks.
+// J = h w or J += h w, where w is a row of W restricted to the columns of the active blocks.
+template <bool adds>
 void NewtonDirection::add_active(const double* w, double h, double* J) const {
   for (const Run& run : runs_) {
     const std::size_t size = run.end - run.first;
-    for (std::size_t j = 0; j < size; ++j) J[j] += h * w[run.first + j];
+    for (std::size_t j = 0; j < size; ++j) J[j] = (adds ? J[j] : 0) + h * w[run.first + j];
     J += size;
   }
 }

@@ -40,6 +40,7 @@ class NewtonDirection {
                  const std::vector<double>& x, const std::vector<double>& u);
   void take_bounds(const Reduction::Island& island, std::vector<double>& dx);
   void fill(const Reduction::Island& island, double sigma);
+  template <bool adds>
   void add_active(const double* w, double h, double* J) const;
   bool solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx);
   bool reduce_block(const ThinMatrix& W, double sigma, const Linear& l);

@@ -229,6 +229,22 @@ inline void subtract_products_at(double* A, std::size_t stride, std::size_t i, s
     for (int v = 0; v < vectors; ++v) *(LooseVec*)(A + stride * (i + r) + j + v * width) = t[r][v];
 }
 
+// T = S Y of a block of d <= most rows.
+template <int most>
+inline void multiply_block(double* T, const double* S, const double* Y, std::size_t d, std::size_t n) {
+  if constexpr (most > 1)
+    if (d < most) return multiply_block<most - 1>(T, S, Y, d, n);
+  for (std::size_t j = 0; j < n; j += width) {
+    LooseVec y[most];
+    for (int k = 0; k < most; ++k) y[k] = *(const LooseVec*)(Y + n * k + j);
+    for (int i = 0; i < most; ++i) {
+      LooseVec t = {};
+      for (int k = 0; k < most; ++k) t += S[most * i + k] * y[k];
+      *(LooseVec*)(T + n * i + j) = t;
+    }
+  }
+}
+
 template <int rows>
 inline void subtract_products(double* A, std::size_t stride, std::size_t i, std::size_t p) {
   std::size_t j = p + panel_columns;
@@ -328,15 +344,9 @@ void add_row_products(double* y, const double* A, const double* z, std::size_t r
   for (std::size_t i = 0; i < rows; ++i) y[i] += product_of_rows(A + n * i, z, n);
 }
 
-// A block has at most six rows: all of S stays in registers or in the first cache, and Y is read once per row
-// of T.
+// The number of rows is known to the compiler: all of S and of a column of Y stays in registers.
 void multiply_rows(double* T, const double* S, const double* Y, std::size_t d, std::size_t n) {
-  for (std::size_t j = 0; j < n; j += width)
-    for (std::size_t i = 0; i < d; ++i) {
-      LooseVec t = {};
-      for (std::size_t k = 0; k < d; ++k) t += S[d * i + k] * *(const LooseVec*)(Y + n * k + j);
-      *(LooseVec*)(T + n * i + j) = t;
-    }
+  multiply_block<6>(T, S, Y, d, n);
 }
 
 // Rows of Y are zero off the way from their bodies to the root, and so are whole columns of L. The six rows

@@ -35,9 +35,9 @@ def place(simulation, name, *, centres):
     return np.array(frame(part.centre_of_mass) if centres else frame.position)
 
 
-def apart(model, other, duration=0.3, *, centres=False):
+def apart(model, other, duration=0.3, *, centres=False, tolerance=1e-9):
     """The largest distance (m) of frames, or centres, of bodies of one name after the same time."""
-    simulations = [amontons.Simulation(m, dt=2e-3, tolerance=1e-9) for m in (model, other)]
+    simulations = [amontons.Simulation(m, dt=2e-3, tolerance=tolerance) for m in (model, other)]
     for simulation in simulations:
         quiet(simulation.run, duration)
     ends = ([place(s, name, centres=centres) for name in model.body_names] for s in simulations)
@@ -51,8 +51,8 @@ def test_robots_as_mjcf(root, tmp_path, name):
     again, lost = written(model, tmp_path, ".xml")
     assert not [entry for entry in lost if entry.effect != "none"]
     assert again.control_names == model.control_names
-    # Contacts of the quadruped amplify rounding.
-    assert apart(model, again) < (1e-7 if name == "quadruped.xml" else 1e-8)
+    # The first step of the quadruped ends anywhere within its tolerance: rounding decides which method does it.
+    assert apart(model, again, tolerance=1e-12) < (5e-8 if name == "quadruped.xml" else 1e-8)
 
 
 # The same of robots of others, in contact too.
