@@ -103,6 +103,9 @@ def derivatives(simulation: amontons.Simulation) -> dict[str, Callable[[], objec
         "derivative()": lambda: simulation.derivative(threads=1),
         'derivative(inputs="none")': lambda: simulation.derivative(threads=1, inputs="none"),
         "vjp(q)": lambda: simulation.vjp(slope, threads=1),
+        "derivative, with the mass of a body": lambda: simulation.derivative(
+            parameters=[f"mass:{simulation.model.body_names[-1]}"], inputs="none", threads=1
+        ),
     }
 
 

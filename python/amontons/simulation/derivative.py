@@ -259,17 +259,30 @@ def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:
 
 
 def _parameter_slope(held: Held, stepped: Stepped, name: str) -> Array:
-    what, at = parameter(held.model, name)
-    values = values_of(what, held.model, at)
+    near = held.model._neighbours
+    if name not in near:
+        near[name] = _neighbours_of(held.model, name)
+    low, high = near[name]
+
+    def after(model: Model) -> Array:
+        return stepped.after([UNCHANGED], held.simulation(model))[0]
+
+    first = stepped.middle if low[1] is held.model else after(low[1])
+    return Sides(first, after(high[1]), (low[0], high[0])).slope
+
+
+def _neighbours_of(model: Model, name: str) -> tuple[tuple[float, Model], tuple[float, Model]]:
+    """By how much a parameter changes to both sides, and the variants; 0 and the model for one at zero."""
+    what, at = parameter(model, name)
+    values = values_of(what, model, at)
     largest = max(map(abs, values))
     by = OPEN_END * largest if largest > 0 else OPEN_END
-    low = -by if min(values) >= by else 0.0
-
-    def after(change: float) -> Array:
-        changed = with_values(held.model, {name: [value + change for value in values]})
-        return stepped.after([UNCHANGED], held.simulation(changed))[0]
-
-    return Sides(after(low) if low else stepped.middle, after(by), (low, by)).slope
+    ends = (-by, by) if min(values) >= by else (0.0, by)
+    low, high = (
+        (change, with_values(model, {name: [v + change for v in values]}) if change else model)
+        for change in ends
+    )
+    return low, high
 
 
 def with_values(model: Model, values: Mapping[str, Sequence[float]]) -> Model:

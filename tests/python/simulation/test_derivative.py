@@ -213,6 +213,20 @@ def test_parameters(name):
         np.testing.assert_allclose(found.P[:, k], expected, atol=1e-6 * np.abs(expected).max() + 1e-9)
 
 
+# Breaks when each derivative over a parameter compiles its variants anew, or another model has them.
+def test_variants_of_a_parameter_are_made_once(monkeypatch):
+    sim, _ = started("rows of joints")
+    first = sim.derivative(parameters=["mass:lower"], inputs="none")
+    with monkeypatch.context() as patch:
+        patch.setattr("amontons.simulation.derivative.with_values", None)
+        again = sim.derivative(parameters=["mass:lower"], inputs="none")
+    np.testing.assert_array_equal(first.P, again.P)
+    heavier = Simulation(sim.model.with_(mass={"lower": 3.0}), dt=5e-3)
+    heavier.step()
+    assert heavier.derivative(parameters=["mass:lower"], inputs="none").P.any()
+    assert heavier.model._neighbours is not sim.model._neighbours
+
+
 def value_of(model, what, pattern):
     from amontons.model.quantities import places, values_of
 
