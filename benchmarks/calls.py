@@ -2,22 +2,29 @@
 
     python benchmarks/calls.py [--quick] [--out FOLDER]
 
-An arm of seven hinges with servos, which swings, and a box on a floor. Rows: model, call, microseconds: the
-least mean of seven parts. "step, compiled" is the call of the compiled module, which `Simulation.step` makes.
+An arm of seven hinges with servos, which swings, and a box on a floor; of robots on a floor (the quadruped of
+examples, MuJoCo's humanoid of the data folder) derivatives alone. Rows: model, call, microseconds: the least
+mean of seven parts; steps: in steps from the state of the derivative, which is taken back before each. "step,
+compiled" is the call of the compiled module, which `Simulation.step` makes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from time import process_time
 
 import amontons
 from amontons.shapes import Box, Capsule
-from common import arguments, use_one_core, with_folders, write_csv
+from common import ROOT, arguments, use_one_core, with_folders, write_csv
 from rich.console import Console
 from rich.table import Table
 
 PARTS, CALLS, QUICK = 7, 400, 40
+STEP = "the same step again"
+FEWER = 40
+"""times as many calls of others as derivatives"""
 
 
 def arm(hinges: int = 7) -> amontons.Model:
@@ -73,6 +80,35 @@ def calls(simulation: amontons.Simulation) -> dict[str, Callable[[], object]]:
     return given
 
 
+def robots(data: Path) -> dict[str, amontons.Model]:
+    paths = {
+        "quadruped": ROOT / "examples" / "models" / "quadruped.xml",
+        "humanoid": data / "robots" / "mujoco" / "humanoid" / "humanoid.xml",
+    }
+    return {name: amontons.load_model(path) for name, path in paths.items() if path.is_file()}
+
+
+def derivatives(simulation: amontons.Simulation) -> dict[str, Callable[[], object]]:
+    """Of one step, on one core, and that step. The way back has a loss over q alone."""
+    slope = [1.0] * simulation.model.nq
+    before, again = simulation._core.copy(), simulation._core.copy()
+    before.restore_last()
+
+    def step() -> None:
+        again.assign(before)
+        again.step()
+
+    return {
+        STEP: step,
+        "derivative()": lambda: simulation.derivative(threads=1),
+        'derivative(inputs="none")': lambda: simulation.derivative(threads=1, inputs="none"),
+        "vjp(q)": lambda: simulation.vjp(slope, threads=1),
+        "derivative, with the mass of a body": lambda: simulation.derivative(
+            parameters=[f"mass:{simulation.model.body_names[-1]}"], inputs="none", threads=1
+        ),
+    }
+
+
 def least_times(functions: dict[str, Callable[[], object]], count: int) -> dict[str, float]:
     """Of one call each (s); they take turns, as the state changes."""
     least = dict.fromkeys(functions, float("inf"))
@@ -89,20 +125,26 @@ def main() -> None:
     options = with_folders(arguments(__doc__).parse_args())
     use_one_core()
     count, rows = QUICK if options.quick else CALLS, []
-    for name, model in (("arm of 7 hinges", arm()), ("box on a floor", box())):
-        simulation = amontons.Simulation(model, dt=2e-3)
-        for _ in range(50):
+    walking = robots(options.data)
+    for name, model in {"arm of 7 hinges": arm(), "box on a floor": box(), **walking}.items():
+        simulation = amontons.Simulation(replace(model, trees="auto"), dt=2e-3)
+        for _ in range(150):
             simulation.step()
+        seconds = least_times(derivatives(simulation), max(1, count // FEWER))
+        step = seconds[STEP]
+        if name not in walking:
+            seconds |= least_times(calls(simulation), count)
         rows += [
-            {"model": name, "call": call, "microseconds": 1e6 * seconds}
-            for call, seconds in least_times(calls(simulation), count).items()
+            {"model": name, "call": call, "microseconds": 1e6 * time, "steps": time / step}
+            for call, time in seconds.items()
         ]
     table = Table(box=None, header_style="bold")
     for title in ("model", "call"):
         table.add_column(title)
-    table.add_column("microseconds", justify="right")
+    for title in ("microseconds", "steps"):
+        table.add_column(title, justify="right")
     for row in rows:
-        table.add_row(row["model"], row["call"], f"{row['microseconds']:.1f}")
+        table.add_row(row["model"], row["call"], f"{row['microseconds']:.1f}", f"{row['steps']:.2f}")
     Console().print(table)
     write_csv(options.out / "calls.csv", rows)
     print(f"written to {options.out / 'calls.csv'}")

@@ -1,5 +1,7 @@
 #include "amontons/multibody/worlds/worlds.hpp"
 
+#include <algorithm>
+
 #include "bindings.hpp"
 
 namespace amontons::python {
@@ -14,6 +16,12 @@ nb::ndarray<nb::numpy, double, nb::ndim<3>> cube(std::vector<double> values, std
   auto* owner = new std::vector<double>(std::move(values));
   nb::capsule capsule(owner, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
   return nb::ndarray<nb::numpy, double, nb::ndim<3>>(owner->data(), {worlds, records, columns}, capsule);
+}
+
+// Whether Python has a signal to handle; without its lock.
+bool interrupted() {
+  nb::gil_scoped_acquire acquire;
+  return PyErr_CheckSignals() != 0;
 }
 
 nb::tuple run(const std::vector<const Tree*>& trees, const std::vector<std::shared_ptr<Simulation>>& worlds,
@@ -35,10 +43,7 @@ nb::tuple run(const std::vector<const Tree*>& trees, const std::vector<std::shar
   Course course;
   {
     nb::gil_scoped_release release;
-    course = run_worlds(trees, worlds, schedule, [] {
-      nb::gil_scoped_acquire acquire;
-      return PyErr_CheckSignals() != 0;
-    });
+    course = run_worlds(trees, worlds, schedule, interrupted);
   }
   if (PyErr_Occurred()) throw nb::python_error();
   const std::size_t n = worlds.size();
@@ -48,9 +53,37 @@ nb::tuple run(const std::vector<const Tree*>& trees, const std::vector<std::shar
       std::move(course.done), std::move(course.failures));
 }
 
+Change::Of changed(std::string_view name) {
+  constexpr std::string_view names[] = {
+      "nothing", "q", "qd", "activations", "controls", "joint_forces", "held_controls", "held_joint_forces"};
+  const auto* found = std::find(std::begin(names), std::end(names), name);
+  AMONTONS_REQUIRE(found != std::end(names), "there is nothing of this name to change");
+  return static_cast<Change::Of>(found - std::begin(names));
+}
+
+// Entries are those of the package, which knows their numbers.
+nb::tuple changed_steps(const Simulation& before,
+                        const std::vector<std::tuple<std::string, std::size_t, double>>& given,
+                        const Vector& q, bool steady, unsigned threads) {
+  std::vector<Change> changes;
+  for (const auto& [of, entry, by] : given) changes.push_back({changed(of), entry, by});
+  ChangedSteps steps;
+  {
+    nb::gil_scoped_release release;
+    steps = make_changed_steps(before, changes, view(q), steady, threads, interrupted);
+  }
+  if (PyErr_Occurred()) throw nb::python_error();
+  const std::size_t width = changes.empty() ? 0 : steps.rows.size() / changes.size();
+  return nb::make_tuple(to_numpy(std::move(steps.rows), width), steps.residual, std::move(steps.failure));
+}
+
 }  // namespace
 
 void bind_worlds(nb::module_& m) {
+  m.def("changed_steps", &changed_steps, nb::arg("before"), nb::arg("changes"), nb::arg("q"),
+        nb::arg("steady"), nb::arg("threads"),
+        "States after a step, for each change (of what, entry, by) of the state before it: their rows, the "
+        "largest residual and why a step failed.");
   m.def("run_worlds", &run, nb::arg("trees"), nb::arg("worlds"), nb::arg("controls").none(),
         nb::arg("joint_forces").none(), nb::arg("records"), nb::arg("repeat"), nb::arg("threads"),
         "Advances simulations side by side, without the GIL: q, qd, residuals and missed steps by world and "

@@ -4,6 +4,7 @@ from .io import Lost as Lost
 from .model.presets import Unread as Unread
 from .simulation.derivative import Derivative as Derivative
 from .simulation.derivative import Pullback as Pullback
+from .simulation.derivative import StepGradient as StepGradient
 from .simulation.events import ContactEvents as ContactEvents
 from .simulation.forces import Effort as Effort
 from .simulation.forces import Forces as Forces
@@ -35,5 +36,6 @@ __all__ = [
     "RayHit",
     "Reaction",
     "Rollout",
+    "StepGradient",
     "Unread",
 ]

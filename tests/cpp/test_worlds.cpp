@@ -120,6 +120,37 @@ TEST(a_world_that_fails) {
   CHECK(std::isfinite(course.residuals[records + 3]) && std::isnan(course.residuals[records + 4]));
 }
 
+// Breaks when a step from a changed state has other bits on another thread or after another one, or when an
+// entry is not the one that was named: the motor is a load on the pusher along x, rates are entries of it.
+TEST(steps_from_changed_states) {
+  const auto model = driven_box();
+  Simulation before(model, {});
+  for (int k = 0; k < 3; ++k) before.step();
+  using Of = Change::Of;
+  std::vector<Change> changes{{}, {Of::control, 0, 1.0}, {Of::held_control, 0, 1.0}};
+  const std::size_t nv = before.tree().nv(), width = 3 * nv;
+  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Of::qd, k, 1e-3});
+  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Of::q, k, 1e-3});
+  const std::vector<double> q = read_coordinates(before.tree(), before.state()).q;
+  const ChangedSteps one = make_changed_steps(before, changes, q, false, 1, {});
+  const ChangedSteps two = make_changed_steps(before, changes, q, false, 3, {});
+  CHECK(one.failure.empty() && !one.interrupted && one.rows.size() == changes.size() * width);
+  CHECK(one.rows == two.rows);
+  Simulation whole(before);
+  whole.step();
+  const Coordinates end = read_coordinates(whole.tree(), whole.state());
+  for (std::size_t k = 0; k < nv; ++k) CHECK_NEAR(one.rows[2 * nv + k], end.qd[k], 1e-9);
+  const auto moved = [&](std::size_t row, std::size_t entry) {
+    return one.rows[row * width + entry] - one.rows[entry];
+  };
+  const std::size_t slide = nv - 1;  // the rate of the pusher
+  CHECK(moved(1, nv + slide) > 0);
+  CHECK_NEAR(moved(1, nv + slide), moved(2, nv + slide), 1e-12);  // the mean of both steps acts
+  CHECK_NEAR(moved(3 + slide, nv + slide), 1e-3, 1e-9);
+  CHECK_NEAR(moved(3 + nv + slide, slide), 1e-3, 1e-9);
+  CHECK_THROWS(make_changed_steps(before, changes, {}, false, 1, {}), "one entry per coordinate");
+}
+
 // Breaks when worlds go on after the caller was told to stop.
 TEST(worlds_stop) {
   const auto model = driven_box();

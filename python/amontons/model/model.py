@@ -152,6 +152,12 @@ class Model:
         return variant(self, given)
 
     @cached_property
+    def _neighbours(self) -> dict[str, Any]:
+        """Variants with a parameter changed by little to both sides, kept by derivatives of steps: they take
+        longer to make than many steps."""
+        return {}
+
+    @cached_property
     def body_names(self) -> tuple[str, ...]:
         """Names by index."""
         return tuple(body.name for body in self.bodies)

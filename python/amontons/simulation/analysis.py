@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from ..checks import chosen, option
 from ..errors import InputError, StepWarning
 from ..problem.problem import Problem
-from .derivative import Derivative, Held, derivative_of, remembered_slips
-from .differences import INPUTS, placed
+from .derivative import Derivative, Held, StepGradient, cotangent, derivative_of, remembered_slips
+from .differences import INPUTS, activated, placed
 from .linearise import Linearisation, linearise_core
 from .options import core_options
+from .tangent import along_velocities, of_coordinates
 
 CONTACTS = {"free": None, "held": None}
 
@@ -68,6 +72,37 @@ def derivative_of_last(
         unsound = f"the friction of {', '.join(slipping[:3])} depends on the slip of the step before"
     held = Held(precise._core, simulation._model, core_options(precise.options))
     return derivative_of(held, simulation.dt, inputs, parameters, threads, unsound)
+
+
+def vjp_of_last(
+    simulation: Any,
+    cotangents: Mapping[str, ArrayLike | None],
+    inputs: str,
+    parameters: Iterable[str],
+    tolerance: float,
+    threads: int | None,
+) -> StepGradient:
+    """See `Simulation.vjp`; cotangents: q, qd and state."""
+    model = simulation._model
+    size = 2 * model.nv + len(activated(model))
+    shapes = {"q": (model.nq,), "qd": (model.nv,), "state": (size,)}
+    by_q, by_qd, state = (cotangent(name, cotangents[name], shape) for name, shape in shapes.items())
+    found = derivative_of_last(simulation, inputs, parameters, tolerance, threads)
+    state = state + np.pad(along_velocities(model, simulation.q, by_q), (0, size - model.nv))
+    back = found.vjp(state, by_qd)
+    before = simulation.copy()
+    before._core.restore_last()
+    return StepGradient(
+        back.state,
+        back.inputs,
+        back.inputs_before,
+        back.parameters,
+        of_coordinates(model, before.q, back.state[: model.nv]),
+        back.state[model.nv : 2 * model.nv],
+        found.differentiable,
+        found.margin,
+        found.reason,
+    )
 
 
 def precise_copy(simulation: Any, tolerance: float) -> Any:

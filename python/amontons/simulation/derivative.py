@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, shown, vector
+from ..checks import Array, reals, shown, vector
 from ..errors import InputError
 from ..model.coordinates import degrees
 from ..model.model import Model
@@ -24,6 +24,7 @@ from .differences import (
     CHANGE,
     HELD,
     HELD_REACH,
+    UNCHANGED,
     Entry,
     Sides,
     Stepped,
@@ -31,7 +32,6 @@ from .differences import (
     felt,
     kinks_of,
     names_of,
-    placed,
 )
 
 OPEN_END = 1e-5
@@ -121,6 +121,39 @@ class Pullback:
     """(parameters,)"""
 
 
+@dataclass(frozen=True)
+class StepGradient(Pullback):
+    """Derivatives of a loss over what was before the step just made, as `Simulation.vjp` returns them.
+
+    >>> simulation = Simulation(scenes.make("pendulum"))
+    >>> report = simulation.step()
+    >>> back = simulation.vjp(q=[1.0])
+    >>> back.q.shape, back.state.shape
+    ((1,), (2,))
+    """
+
+    q: Array
+    """(nq,), over q before the step, per unit of q. A loss does not change with the length of a quaternion"""
+    qd: Array
+    """(nv,), over the rates with which the step began: of a first step the qd that was set"""
+    differentiable: bool
+    """as in `Derivative`"""
+    margin: float
+    """m/s, as in `Derivative`"""
+    reason: str
+    """why it is not differentiable; empty if it is"""
+
+
+def cotangent(what: str, values: ArrayLike | None, shape: tuple[int, ...]) -> Array:
+    """Derivatives of a loss over an array of this shape; None: zero."""
+    if values is None:
+        return np.zeros(shape)
+    given = reals(what, values)
+    if given.shape != shape:
+        raise InputError(f"{what} has the shape {given.shape}; it must be {shape}")
+    return given
+
+
 class Held:
     """The last step of a simulation, made again on its faces from nearby states and parameters."""
 
@@ -155,23 +188,21 @@ def derivative_of(
 ) -> Derivative:
     """See `Simulation.derivative`; unsound: what else keeps the step from having one."""
     model, core = held.model, held.simulation()
-    stepped = Stepped(model, model.tree.coordinates(held.after)[0], threads, instant=True)
-    (middle,) = stepped.after([placed(core, model)])
-    entries = entries_of(core, model, inputs, held.step.margin)
-    entries = felt(stepped, core, entries, middle)
-    sides = list(stepped.sides(core, entries))
-    stepped.unbent(core, entries, sides, middle)
-    before = _before(held, stepped, core, entries, sides)
+    stepped = Stepped(core, model.tree.coordinates(held.after)[0], threads)
+    entries = felt(stepped, model, entries_of(core, model, inputs, held.step.margin))
+    sides = stepped.sides(entries)
+    stepped.unbent(entries, sides)
+    before = _before(held, stepped, entries, sides)
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     states, driven = names_of(model, inputs)
     size = len(states)
     moved = [_parameter_slope(held, stepped, name) for name in names]
     slopes = [*(side.slope for side in sides), *before, *moved]
-    whole = np.array(slopes).reshape(len(slopes), len(middle)).T
+    whole = np.array(slopes).reshape(len(slopes), len(stepped.middle)).T
     matrix, ends = whole[:size], np.cumsum([size, len(driven), len(driven)])
     A, B, B_before, P = (part.copy() for part in np.split(matrix, ends, axis=1))
     of_state = [Sides(side.low[:size], side.high[:size], side.by) for side in sides]
-    kinks = kinks_of(states + driven, entries, of_state, middle[:size])
+    kinks = kinks_of(states + driven, entries, of_state, stepped.middle[:size])
     reason = unsound or _reason(held.step, kinks)
     return Derivative(
         A,
@@ -189,13 +220,11 @@ def derivative_of(
     )
 
 
-def _before(
-    held: Held, stepped: Stepped, core: _core.Simulation, entries: Sequence[Entry], sides: Sequence[Sides]
-) -> list[Array]:
+def _before(held: Held, stepped: Stepped, entries: Sequence[Entry], sides: Sequence[Sides]) -> list[Array]:
     """Slopes over the inputs of the step before: of loads a multiple of those over the present ones."""
     inputs = [(e, side) for e, side in zip(entries, sides, strict=True) if e.kind in HELD]
     direct = [e for e, _ in inputs if not _is_load(held.model, e)]
-    again = stepped.sides(core, [replace(e, kind=HELD[e.kind]) for e in direct])
+    again = stepped.sides([replace(e, kind=HELD[e.kind]) for e in direct])
     own = {e.index: side.slope for e, side in zip(direct, again, strict=True)}
     return [own.get(e.index, held.share * side.slope) for e, side in inputs]
 
@@ -230,17 +259,30 @@ def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:
 
 
 def _parameter_slope(held: Held, stepped: Stepped, name: str) -> Array:
-    what, at = parameter(held.model, name)
-    values = values_of(what, held.model, at)
+    near = held.model._neighbours
+    if name not in near:
+        near[name] = _neighbours_of(held.model, name)
+    low, high = near[name]
+
+    def after(model: Model) -> Array:
+        return stepped.after([UNCHANGED], held.simulation(model))[0]
+
+    first = stepped.middle if low[1] is held.model else after(low[1])
+    return Sides(first, after(high[1]), (low[0], high[0])).slope
+
+
+def _neighbours_of(model: Model, name: str) -> tuple[tuple[float, Model], tuple[float, Model]]:
+    """By how much a parameter changes to both sides, and the variants; 0 and the model for one at zero."""
+    what, at = parameter(model, name)
+    values = values_of(what, model, at)
     largest = max(map(abs, values))
     by = OPEN_END * largest if largest > 0 else OPEN_END
-    low = -by if min(values) >= by else 0.0
-
-    def variant(change: float) -> tuple[Model, _core.Simulation]:
-        changed = with_values(held.model, {name: [value + change for value in values]})
-        return changed, held.simulation(changed)
-
-    return stepped.sides_of_variants(variant, low, by).slope
+    ends = (-by, by) if min(values) >= by else (0.0, by)
+    low, high = (
+        (change, with_values(model, {name: [v + change for v in values]}) if change else model)
+        for change in ends
+    )
+    return low, high
 
 
 def with_values(model: Model, values: Mapping[str, Sequence[float]]) -> Model:

@@ -1,4 +1,4 @@
-"""Differences of a time step: copies of a simulation that differ in one entry each, stepped side by side.
+"""Differences of a time step: steps of a simulation from states that differ in one entry each.
 
 The state x of a simulation has dq (nv), a change of q along qd, then qd (nv), then the activations of
 actuators that have any. qd are the rates of the middle of a step, with which the next one begins. A
@@ -7,9 +7,8 @@ motion depends on them and q alone, so that derivatives of steps multiply.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import cycle
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from ..checks import Array
 from ..errors import SimulationError
 from ..model.model import Model
 from .processors import usable_cores
-from .tangent import angles, difference, integrate
+from .tangent import angles
 
 CHANGE = 1e-6
 """rad, or Model.length: by which coordinates change. Errors are 1e-12 of the third derivative, and 1e-16 /
@@ -33,8 +32,7 @@ ROUNDING = 1e-5
 would be near rounding where an input moves little."""
 MOST_INPUT = 1e-2
 """N, N m or the unit of a control, relative above 1: by which inputs change at most"""
-TOGETHER = 32
-"""copies that are stepped at a time"""
+UNCHANGED = ("nothing", 0, 0.0)
 KINK = 0.02
 """One-sided slopes that differ by more belong to a contact that opens, closes, or begins to slide."""
 BENT = 1e-3
@@ -43,6 +41,8 @@ SMALL = 1e-2
 """Slopes of inputs below this share of others of their kind may be rounding."""
 FLAT = 1e-4
 """Slopes of states below it may be rounding: a change that a contact takes back within the step."""
+Change = tuple[str, int, float]
+"""what, which entry, by how much"""
 INPUTS = {"controls": None, "joint_forces": None, "none": None}
 HELD = {"controls": "held_controls", "joint_forces": "held_joint_forces"}
 """the same over the step before, in which a part of the impulses of this one acts"""
@@ -106,83 +106,46 @@ def kinks_of(
 
 
 class Stepped:
-    """States of copies of a simulation after a step, as changes from the coordinates q.
+    """States after a step of a simulation, each with one change before it, as changes from coordinates q.
 
-    steady: the step is one of a motion that lasts, with the same loads before. instant: behind each state
-    are the rates of the instant of q (nv).
+    Behind each state are the rates of the instant of q (nv). steady: the step is one of a motion that lasts,
+    with the same loads before.
     """
 
-    def __init__(
-        self, model: Model, q: Array, threads: int | None, steady: bool = False, instant: bool = False
-    ) -> None:
-        self.model, self.q, self.threads = model, q, threads or usable_cores()
-        self.steady, self.instant = steady, instant
+    def __init__(self, core: _core.Simulation, q: Array, threads: int | None, steady: bool = False) -> None:
+        self.core, self.q, self.threads, self.steady = core, q, threads or usable_cores(), steady
         self.residual = 0.0
         """the largest of all steps"""
+        self.middle = self.after([UNCHANGED])[0]
+        """without a change"""
 
-    def after(
-        self, copies: Sequence[_core.Simulation], trees: Sequence[_core.Tree] | None = None
-    ) -> list[Array]:
-        """The state of each after a step."""
-        q, qd, residuals, _, _, failures = _core.run_worlds(
-            trees or [self.model.tree], copies, None, None, 1, 1, self.threads
+    def after(self, changes: Sequence[Change], core: _core.Simulation | None = None) -> Array:
+        """The states, a row per change (what, entry, by how much); of another simulation, if one is given."""
+        rows, residual, failure = _core.changed_steps(
+            core or self.core, changes, self.q, self.steady, self.threads
         )
-        if any(failures):
-            why = next(failure for failure in failures if failure)
-            raise SimulationError(f"there is no linear model here, as a step fails: {why}")
-        self.residual = max(self.residual, float(residuals.max(initial=0.0)))
-        active = activated(self.model)
-        activations = np.array([copy.activations[active] for copy in copies]).reshape(
-            len(copies), len(active)
-        )
-        moved = difference(self.model, self.q, q[:, 0])
-        rates = [
-            middle_rates(copy, tree)
-            for copy, tree in zip(copies, cycle(trees or [self.model.tree]), strict=False)
+        if failure:
+            raise SimulationError(f"there is no linear model here, as a step fails: {failure}")
+        self.residual = max(self.residual, residual)
+        return rows
+
+    def sides(self, entries: Sequence[Entry]) -> list[Sides]:
+        """Both sides of each entry; without a change to one side, the state without any."""
+        ends = [(e, by) for e in entries for by in (e.low, e.high)]
+        rows = iter(self.after([(e.kind, e.index, by) for e, by in ends if by != 0]))
+        found = [next(rows) if by != 0 else self.middle for _, by in ends]
+        return [
+            Sides(low, high, (e.low, e.high))
+            for e, low, high in zip(entries, found[::2], found[1::2], strict=True)
         ]
-        parts = [moved, np.array(rates).reshape(moved.shape), activations]
-        if self.instant:
-            parts.append(qd[:, 0])
-        return list(np.concatenate(parts, axis=1))
 
-    def sides(self, core: _core.Simulation, entries: Sequence[Entry]) -> Iterator[Sides]:
-        """Both sides of each entry, from the state of `core`."""
-        copies: list[_core.Simulation] = []
-        for first in range(0, len(entries), TOGETHER // 2):
-            part = entries[first : first + TOGETHER // 2]
-            copies = _as_before(copies, core, 2 * len(part))
-            _change(copies, self.model, [(e, by) for e in part for by in (e.low, e.high)], self.steady)
-            rows = self.after(copies)
-            for k, entry in enumerate(part):
-                yield Sides(rows[2 * k], rows[2 * k + 1], (entry.low, entry.high))
-
-    def unbent(
-        self, core: _core.Simulation, entries: Sequence[Entry], sides: list[Sides], middle: Array
-    ) -> None:
+    def unbent(self, entries: Sequence[Entry], sides: list[Sides]) -> None:
         """Replaces sides of a strong curve by those of a smaller change."""
         names = [str(k) for k in range(len(entries))]
-        at = [int(k) for k in kinks_of(names, entries, sides, middle, BENT)]
+        at = [int(k) for k in kinks_of(names, entries, sides, self.middle, BENT)]
         less = [replace(entries[k], low=entries[k].low / 10, high=entries[k].high / 10) for k in at]
-        for k, side in zip(at, self.sides(core, less), strict=True):
+        for k, side in zip(at, self.sides(less), strict=True):
             sides[k] = side
-
-    def sides_of_variants(
-        self,
-        variant: Callable[[float], tuple[Model, _core.Simulation]],
-        low: float,
-        high: float,
-    ) -> Sides:
-        """Both sides of a parameter; variant(change): the changed model, and a simulation of it."""
-        (first, one), (second, other) = variant(low), variant(high)
-        rows = self.after([one, other], [first.tree, second.tree])
-        return Sides(rows[0], rows[1], (low, high))
-
-
-def middle_rates(core: _core.Simulation, tree: _core.Tree) -> Array:
-    """The rates with which the next step begins; the velocities of `core` become them."""
-    core.show_middle()
-    rates: Array = tree.coordinates(core)[1]
-    return rates
 
 
 def steadied(core: _core.Simulation) -> _core.Simulation:
@@ -227,18 +190,15 @@ def _typical_rate(model: Model) -> float:
     return float(np.sqrt(gravity / model.length)) if gravity > 0 else 1.0
 
 
-def felt(stepped: Stepped, core: _core.Simulation, entries: list[Entry], middle: Array) -> list[Entry]:
+def felt(stepped: Stepped, model: Model, entries: list[Entry]) -> list[Entry]:
     """Entries whose inputs change by enough to be felt: steps held on their faces bear larger changes."""
-    model = stepped.model
-    inputs = [e for e in entries if e.kind in INPUTS]
-    copies = _as_before([], core, len(inputs))
-    if not inputs:
-        return entries
-    _change(copies, model, [(e, e.high or e.low) for e in inputs], stepped.steady)
+    core, inputs = stepped.core, [e for e in entries if e.kind in INPUTS]
     scale = np.where(angles(model), 1.0, 1 / model.length) / _typical_rate(model)
     found = [e for e in entries if e.kind not in INPUTS]
-    for entry, after in zip(inputs, stepped.after(copies), strict=True):
-        moved = float(np.abs((after - middle)[model.nv : 2 * model.nv] * scale).max(initial=0.0))
+    rows = stepped.after([(e.kind, e.index, e.high or e.low) for e in inputs])
+    for entry, after in zip(inputs, rows, strict=True):
+        rates = (after - stepped.middle)[model.nv : 2 * model.nv]
+        moved = float(np.abs(rates * scale).max(initial=0.0))
         now = float(getattr(core, entry.kind)[entry.index])
         most = MOST_INPUT * max(1.0, abs(now)) / (max(entry.high, -entry.low) or 1.0)
         factor = min(max(1.0, ROUNDING / moved), most) if moved > 0 else most
@@ -275,40 +235,6 @@ def _within(kind: str, index: int, now: float, lower: float, upper: float) -> En
     """At a limit to one side only, beyond which nothing would change."""
     by = CHANGE * max(1.0, abs(now))
     return Entry(kind, index, max(lower - now, -by), min(upper - now, by))
-
-
-def _as_before(kept: list[_core.Simulation], core: _core.Simulation, count: int) -> list[_core.Simulation]:
-    """So many copies of a simulation. Those of before are used again: the memory of a first step is dear."""
-    for copy in kept[:count]:
-        copy.assign(core)
-    return kept[:count] + [core.copy() for _ in range(count - len(kept))]
-
-
-def _change(
-    copies: Sequence[_core.Simulation],
-    model: Model,
-    changes: Sequence[tuple[Entry, float]],
-    steady: bool = False,
-) -> None:
-    """Changes one entry of each copy by so much; steady: before a step of a motion that lasts."""
-    for copy in copies:
-        copy.show_middle()
-    q, qd = model.tree.coordinates(copies[0])
-    along, none = np.zeros((len(changes), model.nv)), np.zeros(model.nv, np.uint8)
-    for row, (entry, by) in zip(along, changes, strict=True):
-        if entry.kind == "q":
-            row[entry.index] = by
-    moved = integrate(model, q, along)
-    for copy, at, (entry, by) in zip(copies, moved, changes, strict=True):
-        if entry.kind == "q":
-            model.tree.set_q(copy, at, none)
-        elif entry.kind == "qd":
-            rates = qd.copy()
-            rates[entry.index] += by
-            model.tree.set_qd(copy, rates, none)
-        else:
-            getattr(copy, entry.kind)[entry.index] += by
-        copy.begin_with_shown(steady)
 
 
 def names_of(model: Model, inputs: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -13,7 +13,7 @@ import numpy as np
 from .. import _core
 from ..checks import Array
 from ..model.model import Model
-from .differences import Stepped, activated, entries_of, kinks_of, names_of, placed, steadied
+from .differences import Stepped, activated, entries_of, kinks_of, names_of, steadied
 
 
 @dataclass(frozen=True)
@@ -59,21 +59,21 @@ def linearise_core(
     """See `Simulation.linearise`."""
     core = steadied(core)
     q, qd = model.tree.coordinates(core)
-    stepped = Stepped(model, q, threads, steady=True)
-    middle, at_place = stepped.after([core.copy(), placed(core, model, steady=True)])
+    stepped = Stepped(core, q, threads, steady=True)
     entries = entries_of(core, model, inputs, margin)
-    sides = list(stepped.sides(core, entries))
+    sides = stepped.sides(entries)
     if margin is not None:
-        stepped.unbent(core, entries, sides, at_place)
+        stepped.unbent(entries, sides)
     start = np.concatenate([np.zeros(model.nv), qd, core.activations[activated(model)]])
     size = len(start)
-    matrix = np.array([side.slope for side in sides]).reshape(len(sides), size).T
+    slopes = np.array([side.slope for side in sides]).reshape(len(sides), size + model.nv)
+    matrix = slopes[:, :size].T
     states, driven = names_of(model, inputs)
-    kinks = kinks_of(states + driven, entries, sides, at_place)
+    kinks = kinks_of(states + driven, entries, sides, stepped.middle)
     return Linearisation(
         matrix[:, :size].copy(),
         matrix[:, size:].copy(),
-        middle - start,
+        stepped.middle[:size] - start,
         dt,
         states,
         driven,

@@ -15,12 +15,13 @@ from ..checks import Array, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from ..model.variants import same_structure
+from .derivative import cotangent
 from .differences import INPUTS
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
 from .stepping import steps_watched
-from .tape import Gradient, Tape, cotangent, gradient
+from .tape import Gradient, Tape, gradient
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Rollout:
             given.
         threads: as in `Simulation.derivative`.
 
-        Each step is one of `Simulation.derivative`, on the faces of its solution. Raises InputError naming
+        Each step is one of `Simulation.vjp`, on the faces of its solution. Raises InputError naming
         the argument.
         """
         if self.tape is None:
@@ -83,7 +84,7 @@ class Rollout:
         if any(self.failures):
             k = next(k for k, failure in enumerate(self.failures) if failure)
             raise InputError(f"world {k} has no derivative: {self.failures[k]}")
-        return gradient(self.tape, self.simulations, self.q, slopes, parameters, inputs, threads)
+        return gradient(self.tape, self.simulations, slopes, parameters, inputs, threads)
 
 
 def rollout(

@@ -18,10 +18,10 @@ from ..guidance import guided
 from ..model.model import Model, no_model
 from ..model.presets import Keyframe
 from ..problem.problem import Problem
-from .analysis import derivative_of_last, linear_model, problem_of_last
+from .analysis import derivative_of_last, linear_model, problem_of_last, vjp_of_last
 from .coordinates import Values, read_only, spread
 from .copies import copied, copied_deeply, pickled, unpickle
-from .derivative import Derivative
+from .derivative import Derivative, StepGradient
 from .driving import checked_controls, put_keyframe, put_start
 from .events import ContactEvents, contact_events
 from .forces import Forces
@@ -397,6 +397,37 @@ class Simulation:
         Raises InputError before the first step, or naming the argument; SimulationError if a step fails.
         """
         return derivative_of_last(self, inputs, parameters, tolerance, threads)
+
+    def vjp(
+        self,
+        q: ArrayLike | None = None,
+        qd: ArrayLike | None = None,
+        *,
+        state: ArrayLike | None = None,
+        parameters: Iterable[str] = (),
+        inputs: str = "controls",
+        tolerance: float = 1e-11,
+        threads: int | None = None,
+    ) -> StepGradient:
+        """Derivatives of a loss backwards through the step just made: over what was before it.
+
+        q, qd: (nq,) and (nv,), derivatives of the loss over `q` and `qd` after the step, in units of the loss
+            per m, rad, m/s or rad/s; None is zero. The part along a quaternion has no influence.
+        state: (2 nv + na,), `StepGradient.state` of the next step, through which the loss depends on this
+            one as well.
+        parameters, inputs, tolerance, threads: as in `derivative`, of which the result is the product with
+            its transposed matrices. It takes the same time.
+
+        Raises InputError before the first step, or naming the argument; SimulationError if a step fails.
+
+        >>> simulation = Simulation(scenes.make("pendulum"), dt=1e-3)
+        >>> report = simulation.step()
+        >>> back = simulation.vjp(q=[1.0])  # the loss is the angle after the step
+        >>> round(float(back.qd[0]), 5)  # s: dt, which the rate before lasts
+        0.001
+        """
+        given = {"q": q, "qd": qd, "state": state}
+        return vjp_of_last(self, given, inputs, parameters, tolerance, threads)
 
     def problem(self) -> Problem:
         """The variational inequality of the last step (of its last substep); InputError before the first.

@@ -11,15 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import _core
-from ..checks import Array, reals
-from ..errors import InputError
-from ..model.model import Model
-from .derivative import Derivative
+from ..checks import Array
+from .derivative import StepGradient
 from .driving import clipped
-from .tangent import along_velocities, of_coordinates
 
 
 @dataclass(frozen=True)
@@ -74,63 +70,59 @@ class _Asked:
 def gradient(
     tape: Tape,
     worlds: Sequence[Any],
-    q: Array,
     cotangents: tuple[Array, Array],
     parameters: Iterable[str],
     inputs: str | None,
     threads: int | None,
 ) -> Gradient:
-    """See `Rollout.vjp`. worlds: simulations of the rollout; q: its coordinates."""
+    """See `Rollout.vjp`. worlds: simulations of the rollout."""
     names = [parameters] if isinstance(parameters, str) else list(parameters)
     inputs = inputs or (
         "controls" if tape.controls is not None or tape.joint_forces is None else "joint_forces"
     )
     asked = _Asked(names, inputs, threads)
-    found = [
-        _of_world(tape, k, worlds[k], q[k], [c[k] for c in cotangents], asked) for k in range(len(worlds))
-    ]
+    found = [_of_world(tape, k, worlds[k], [c[k] for c in cotangents], asked) for k in range(len(worlds))]
     return Gradient(*(np.array(part) for part in zip(*found, strict=True)))
 
 
 def _of_world(
-    tape: Tape, k: int, world: Any, q: Array, cotangents: Sequence[Array], asked: _Asked
+    tape: Tape, k: int, world: Any, cotangents: Sequence[Array], asked: _Asked
 ) -> tuple[Array, ...]:
     """The parts of a gradient that belong to one world."""
-    model, rows = world.model, len(q)
+    model, rows = world.model, len(cotangents[0])
     sim = world.copy()
     width = {"controls": len(model.control_names), "joint_forces": model.nv, "none": 0}[asked.inputs]
     inputs, by_parameters = np.zeros((rows, width)), np.zeros(len(asked.parameters))
     smooth, margin = np.ones(rows, dtype=bool), np.full(rows, np.inf)
-    adjoint: Array | None = None
+    back: StepGradient | None = None
     for row in reversed(range(rows)):
-        by_q, by_qd = along_velocities(model, q[row], cotangents[0][row]), cotangents[1][row]
-        if adjoint is None:
-            if not (by_q.any() or by_qd.any()):
-                continue
-            adjoint = np.zeros(2 * model.nv + _activations(model))
-        adjoint[: model.nv] += by_q
-        # The state has the rates of the middle of a step; a row has those of its end.
-        seen: Array | None = by_qd
-        for number, step in reversed(list(enumerate(_steps_of(tape, k, row, sim, asked)))):
-            back = step.vjp(adjoint, seen)
-            adjoint, seen = back.state, None
+        by_q, by_qd = (each[row] for each in cotangents)
+        if back is None and not (by_q.any() or by_qd.any()):
+            continue
+        for number, step in reversed(list(enumerate(_steps_of(tape, k, row, sim)))):
+            back = step.vjp(
+                by_q,
+                by_qd,
+                state=back and back.state,
+                parameters=asked.parameters,
+                inputs=asked.inputs,
+                threads=asked.threads,
+            )
+            by_q = by_qd = None
             by_parameters += back.parameters
             inputs[row] += back.inputs
             if row > 0 or number > 0:
                 inputs[row if number > 0 else row - 1] += back.inputs_before
-            smooth[row] &= step.differentiable
-            margin[row] = min(margin[row], step.margin)
-    if adjoint is None:
-        adjoint = np.zeros(2 * model.nv)
+            smooth[row] &= back.differentiable
+            margin[row] = min(margin[row], back.margin)
     if asked.inputs == "controls" and tape.controls is not None:
         inputs[clipped(model, tape.controls[k]) != tape.controls[k]] = 0
-    sim._core.restore(tape.before[0][k])
-    by_q = of_coordinates(model, sim.q, adjoint[: model.nv])
-    return by_q, adjoint[model.nv : 2 * model.nv], inputs, by_parameters, smooth, margin
+    start = (np.zeros(model.nq), np.zeros(model.nv)) if back is None else (back.q, back.qd)
+    return *start, inputs, by_parameters, smooth, margin
 
 
-def _steps_of(tape: Tape, k: int, row: int, sim: Any, asked: _Asked) -> list[Derivative]:
-    """The derivatives of the steps of a row, which are made again."""
+def _steps_of(tape: Tape, k: int, row: int, sim: Any) -> list[Any]:
+    """Simulations after each of the steps of a row, which are made again."""
     sim._core.restore(tape.before[row][k])
     if tape.controls is not None:
         sim.state.controls = clipped(sim.model, tape.controls[k, row])
@@ -139,19 +131,5 @@ def _steps_of(tape: Tape, k: int, row: int, sim: Any, asked: _Asked) -> list[Der
     found = []
     for _ in range(tape.repeat):
         sim._core.step()
-        found.append(sim.derivative(parameters=asked.parameters, inputs=asked.inputs, threads=asked.threads))
+        found.append(sim.copy())
     return found
-
-
-def _activations(model: Model) -> int:
-    return sum(drive.dynamics != "none" for drive in model.actuators)
-
-
-def cotangent(what: str, values: ArrayLike | None, shape: tuple[int, ...]) -> Array:
-    """Derivatives of a loss over an array of this shape; None: zero."""
-    if values is None:
-        return np.zeros(shape)
-    given = reals(what, values)
-    if given.shape != shape:
-        raise InputError(f"{what} has the shape {given.shape}; the rollout has {shape}")
-    return given

@@ -1,5 +1,5 @@
 // F(x) = x - Pi(t0) - Q (t - t0) has the derivative M = 1 - Q + Q P^-1 B A, with B = 1 + e_n saxce'(u0)' for
-// every contact: that of Newton's method (newton.cpp). M is factored once. A nearby problem needs its product
+// every contact: that of Newton's method (newton.cpp). M^+ is formed once. A nearby problem needs its product
 // alone: x - M^+ F(x) errs by the square of the change, and a few of them by rounding.
 //
 // M is singular where impulses are not determined. M^+ is then the least change of impulses that does it.
@@ -88,9 +88,11 @@ double distance_to_border(const S& set, const double* t) {
 
 }  // namespace
 
-// A complete orthogonal decomposition: its solutions are the shortest ones, and exist for a singular M.
+// M^+ is formed, since many nearby problems are solved with it: a product takes a part of the time of a solve
+// with factors. Newton's method takes out its rounding. M tells what a last correction leaves of F without
+// another product with A, which would take longer.
 struct HeldFaces::Factor {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> of;
+  Eigen::MatrixXd of, inverse;
 };
 
 // The scale of trial points stays that of this solution: P of a nearby problem differs and would move them,
@@ -156,15 +158,17 @@ void HeldFaces::form(const Problem& problem) {
       for (int k = 0; k < S::dim; ++k) M(at + k, j) = out[k] + (at + k == j ? 1 : 0);
     }
   });
-  factor_ = std::make_unique<Factor>();
-  factor_->of.setThreshold(rank_threshold);
-  factor_->of.compute(M);
-  if (factor_->of.rank() == n) return;
+  // Its solutions are the shortest ones, and exist for a singular M.
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors(n, n);
+  factors.setThreshold(rank_threshold);
+  factors.compute(M);
+  factor_ = std::make_unique<Factor>(Factor{std::move(M), factors.pseudoInverse()});
+  if (factors.rank() == n) return;
   // A direction less M^+ M of it lies in the kernel. One without symmetry has a part along all of the kernel.
   // One product then shows whether any impulse of the kernel moves a body.
   Eigen::VectorXd free(n);
   for (Place i = 0; i < n; ++i) free[i] = 1 + 0.5 * std::sin(static_cast<double>(7 * i + 1));
-  free -= factor_->of.solve(M * free);
+  free -= factor_->inverse * (factor_->of * free);
   const Eigen::VectorXd moved = A * free;
   double largest = 0, scale = 0, most = 0;
   for_each_block(K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -236,20 +240,26 @@ void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std:
 }
 
 // Newton's method with the derivative of this solution. Only products with A of the nearby problem are
-// needed, so that a nearby step costs little more than to pose its problem.
+// needed, so that a nearby step costs little more than to pose its problem. Where the equations have no
+// solution, a part of F is left by every correction.
 HeldFaces::Nearby HeldFaces::solve(const Problem& problem) const {
   Nearby found{x_, 0};
   if (x_.empty()) return found;
   const auto n = static_cast<Place>(x_.size());
   std::vector<double> u(x_.size()), F(x_.size());
+  Eigen::VectorXd change(n);
+  double last = 0;
   for (int k = 0; k < corrections; ++k) {
     held_map(problem, found.x, u, F);
-    const Eigen::VectorXd change = factor_->of.solve(Eigen::Map<const Eigen::VectorXd>(F.data(), n));
+    change.noalias() = factor_->inverse * Eigen::Map<const Eigen::VectorXd>(F.data(), n);
     for (std::size_t i = 0; i < F.size(); ++i) found.x[i] -= change[static_cast<Place>(i)];
-    if (largest_velocity(change.data()) <= settled * fastest_) break;
+    // Corrections fall by a factor each, so that the next one is known: moved^2 / last.
+    const double moved = largest_velocity(change.data());
+    if (moved * (moved < last ? moved / last : 1) <= settled * fastest_) break;
+    last = moved;
   }
-  held_map(problem, found.x, u, F);
-  found.residual = largest_velocity(F.data());
+  const Eigen::VectorXd left = Eigen::Map<const Eigen::VectorXd>(F.data(), n) - factor_->of * change;
+  found.residual = largest_velocity(left.data());
   return found;
 }
 

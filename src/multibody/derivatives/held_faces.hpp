@@ -57,7 +57,7 @@ class HeldFaces {
   Law law_;
   SetProduct K_;
   std::vector<double> x_, u_, trial_, P_, b_;
-  std::unique_ptr<Factor> factor_;  // of F'(x)
+  std::unique_ptr<Factor> factor_;  // the inverse of F'(x)
   double fastest_ = 0;              // of b (m/s)
   double margin_ = 0;
   bool determined_ = true;

@@ -263,8 +263,14 @@ void check_coordinates(const Tree& tree, std::span<double> q, std::span<const do
   }
 }
 
+// Without any, no pose needs to be made to know it.
+static bool has_no_loops(const Tree& tree) {
+  return tree.loops().empty() && tree.model().description().couplings.empty();
+}
+
 void close_loops(const Tree& tree, const State& state, std::span<const unsigned char> held,
                  std::vector<double>& q) {
+  if (has_no_loops(tree)) return;
   // Newton steps, and halvings of each (counts): limits.
   constexpr int most_steps = 100, most_halvings = 8;
   constexpr double largest_turn = 0.5;  // limit of one step (rad): beyond it errors are nonlinear
@@ -298,6 +304,7 @@ void close_loops(const Tree& tree, const State& state, std::span<const unsigned 
 
 void close_velocities(const Tree& tree, const State& state, std::span<const double> q,
                       std::span<const unsigned char> held, std::vector<double>& qd) {
+  if (has_no_loops(tree)) return;
   Loops loops = loops_at(tree, state, q, state.coordinates);
   if (loops.conditions.empty()) return;
   const std::vector<double> unit = units(tree), none(tree.nv());

@@ -170,6 +170,20 @@ Coordinates read_coordinates(const Tree& tree, const State& state) {
   return out;
 }
 
+// The coordinates of joints are in q. To fit them to the poses again would take most of the time.
+std::vector<double> read_rates(const Tree& tree, const State& state, std::span<const double> q) {
+  Coordinates out{std::vector<double>(tree.nq()), std::vector<double>(tree.nv())};
+  for (const Link& link : tree.links()) {
+    const std::span<double> own = std::span(out.q).subspan(link.first_q, link.q),
+                            qd = std::span(out.qd).subspan(link.first_v, link.v);
+    if (link.joint < 0)
+      read_freely(state, link.body, own, qd);
+    else
+      read_joint(tree.model(), state, link, q.subspan(link.first_q), own, qd);
+  }
+  return out.qd;
+}
+
 TreePose pose_of(const Tree& tree, const State& state, std::span<const double> q) {
   TreePose pose;
   pose.columns.resize(tree.nv());
@@ -209,6 +223,22 @@ std::vector<double> moved_along(const Tree& tree, std::span<const double> q, std
                               exponential(h * Vec3{qd[v], qd[v + 1], qd[v + 2]}));
     std::copy_n(std::array{r.w, r.x, r.y, r.z}.begin(), 4,
                 out.begin() + static_cast<std::ptrdiff_t>(link.first_q + plain));
+  }
+  return out;
+}
+
+// The inverse of moved_along. Two rotation vectors lead to one orientation: the logarithm is the shorter one.
+std::vector<double> change_along(const Tree& tree, std::span<const double> first,
+                                 std::span<const double> last) {
+  std::vector<double> out(tree.nv());
+  for (const Link& link : tree.links()) {
+    const std::size_t plain = link.joint < 0 ? 3 : tree.model().joint(link.joint).dofs.size();
+    for (std::size_t i = 0; i < plain; ++i)
+      out[link.first_v + i] = last[link.first_q + i] - first[link.first_q + i];
+    if (link.q == plain) continue;
+    const std::size_t at = link.first_q + plain;
+    const Vec3 turn = logarithm(conjugate(quaternion_at(first, at)) * quaternion_at(last, at));
+    std::copy_n(turn.array().begin(), 3, out.begin() + static_cast<std::ptrdiff_t>(link.first_v + plain));
   }
   return out;
 }

@@ -12,6 +12,7 @@
 #include "amontons/base/error.hpp"
 #include "amontons/base/interrupt.hpp"
 #include "amontons/base/threads.hpp"
+#include "amontons/multibody/kinematics/closure.hpp"
 #include "amontons/multibody/kinematics/motion.hpp"
 
 namespace amontons {
@@ -64,6 +65,26 @@ class LeftWorlds {
   std::condition_variable none_;
   std::size_t left_;
 };
+
+// Calls f(world, thread) for each. Steps of different worlds differ in cost, so a free thread takes the next
+// world.
+template <class F>
+void side_by_side(std::size_t count, std::size_t most_threads, StopSign& sign, const F& f) {
+  const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(count, 1, most_threads));
+  std::atomic<std::size_t> next{0};
+  LeftWorlds left(count);
+  PoolLease pool(threads);
+  pool->run(threads, [&](std::size_t thread) {
+    const Interrupt interrupt([&] { return sign.stopped(); });
+    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) {
+      f(i, thread);
+      left.remove_one();
+    }
+    // The caller continues to ask while others finish their worlds. It waits for worlds, not for threads: a
+    // thread that has not been scheduled yet holds none.
+    if (sign.asks()) left.wait(sign);
+  });
+}
 
 const Tree& tree_of(WorldTrees trees, std::size_t world) { return *trees[trees.size() == 1 ? 0 : world]; }
 
@@ -157,21 +178,9 @@ Course run_worlds(WorldTrees trees, Worlds worlds, const Schedule& schedule,
   course.missed.assign(rows, 0);
   course.done.assign(worlds.size(), 0);
   course.failures.resize(worlds.size());
-  // Steps of different worlds differ in cost, so a free thread takes the next world.
-  const auto threads = static_cast<unsigned>(std::clamp<std::size_t>(worlds.size(), 1, schedule.threads));
-  std::atomic<std::size_t> next{0};
-  LeftWorlds left(worlds.size());
   StopSign sign(interrupted);
-  PoolLease pool(threads);
-  pool->run(threads, [&](std::size_t) {
-    const Interrupt interrupt([&] { return sign.stopped(); });
-    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < worlds.size();) {
-      run(tree_of(trees, i), *worlds[i], i, schedule, sign, course);
-      left.remove_one();
-    }
-    // The caller continues to ask while others finish their worlds. It waits for worlds, not for threads: a
-    // thread that has not been scheduled yet holds none.
-    if (sign.asks()) left.wait(sign);
+  side_by_side(worlds.size(), schedule.threads, sign, [&](std::size_t i, std::size_t) {
+    run(tree_of(trees, i), *worlds[i], i, schedule, sign, course);
   });
   course.interrupted = sign.stopped();
   return course;
@@ -181,6 +190,119 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted) {
   const Tree* one = &tree;
   return run_worlds(WorldTrees(&one, 1), worlds, schedule, interrupted);
+}
+
+namespace {
+
+// Bodies where the tree of joints puts them. In a simulation they are elsewhere by the errors of their
+// joints, which no coordinate shows. A difference to a state that is not placed would have these errors.
+void place(const Tree& tree, Coordinates c, State& state) {
+  close_loops(tree, state, std::vector<unsigned char>(tree.nv()), c.q);
+  close_velocities(tree, state, c.q, std::vector<unsigned char>(tree.nv()), c.qd);
+  write_poses(tree, c.q, state);
+  write_velocities(tree, c.q, c.qd, state);
+}
+
+// `at`: the coordinates of the state, which is placed. Changes of q and of qd open loops. These are closed
+// again by the least change of all entries. So the state is one that the mechanism has.
+void change(const Tree& tree, const Coordinates& at, const Change& one, State& state) {
+  using Of = Change::Of;
+  std::vector<double> rates(tree.nv());
+  switch (one.of) {
+    case Of::nothing:
+      return;
+    case Of::q:
+      rates[one.entry] = one.by;
+      return place(tree, {moved_along(tree, at.q, rates, 1), at.qd}, state);
+    case Of::qd:
+      rates = at.qd;
+      rates[one.entry] += one.by;
+      close_velocities(tree, state, at.q, std::vector<unsigned char>(tree.nv()), rates);
+      return write_velocities(tree, at.q, rates, state);
+    case Of::activation:
+      state.activations[one.entry] += one.by;
+      return;
+    case Of::control:
+      state.controls[one.entry] += one.by;
+      return;
+    case Of::joint_force:
+      state.joint_forces[one.entry] += one.by;
+      return;
+    case Of::held_control:
+      state.held_controls[one.entry] += one.by;
+      return;
+    case Of::held_joint_force:
+      state.held_joint_forces[one.entry] += one.by;
+      return;
+  }
+}
+
+// A row of ChangedSteps: the state of a simulation, which then shows its middle velocities. The next step
+// begins with these. A motion depends on them and on q alone, so that derivatives of steps multiply.
+void write_row(const Tree& tree, std::span<const double> q, Simulation& world, double* row) {
+  const Coordinates end = read_coordinates(tree, world.state());
+  row = std::copy_n(change_along(tree, q, end.q).begin(), tree.nv(), row);
+  world.show_middle();
+  row = std::copy_n(read_rates(tree, world.state(), end.q).begin(), tree.nv(), row);
+  const auto& actuators = tree.model().description().actuators;
+  for (std::size_t k = 0; k < actuators.size(); ++k)
+    if (actuators[k].dynamics != ActivationKind::none) *row++ = world.state().activations[k];
+  std::copy_n(end.qd.begin(), tree.nv(), row);
+}
+
+}  // namespace
+
+// Each thread makes its steps with one simulation, since the memory of a first step is dear. A step leaves
+// there nothing that changes the bits of the next one.
+//
+// A step that fails ends none of the others. The caller learns of the first failure in the order of the
+// changes, whatever the threads do.
+//
+// Rows are counted from given coordinates. Steps of variants of a model, over whose parameters a caller takes
+// differences, are rows of other calls and have this start in common.
+ChangedSteps make_changed_steps(const Simulation& before, std::span<const Change> changes,
+                                std::span<const double> q, bool steady, unsigned threads,
+                                const std::function<bool()>& interrupted) {
+  const Tree& tree = before.tree();
+  AMONTONS_REQUIRE(q.size() == tree.nq(), "q must have one entry per coordinate");
+  Simulation placed(before);
+  placed.show_middle();
+  place(tree, read_coordinates(tree, placed.state()), placed.state());
+  placed.begin_with_shown(steady);
+  const Coordinates at = read_coordinates(tree, placed.state());
+  const auto& actuators = tree.model().description().actuators;
+  const auto active = static_cast<std::size_t>(std::count_if(
+      actuators.begin(), actuators.end(), [](const auto& a) { return a.dynamics != ActivationKind::none; }));
+  const std::size_t width = 3 * tree.nv() + active;
+  ChangedSteps steps;
+  steps.rows.assign(changes.size() * width, 0.0);
+  std::vector<double> residuals(changes.size());
+  std::vector<std::string> failures(changes.size());
+  std::vector<std::unique_ptr<Simulation>> worlds(std::max(threads, 1u));
+  StopSign sign(interrupted);
+  side_by_side(changes.size(), worlds.size(), sign, [&](std::size_t i, std::size_t thread) {
+    if (sign.stopped()) return;
+    try {
+      std::unique_ptr<Simulation>& own = worlds[thread];
+      if (!own)
+        own = std::make_unique<Simulation>(placed);
+      else
+        *own = placed;
+      change(tree, at, changes[i], own->state());
+      own->begin_with_shown(steady);
+      const Report report = own->step();
+      residuals[i] = report.residual;
+      AMONTONS_REQUIRE(report.advanced, "the velocities came out not finite");
+      write_row(tree, q, *own, &steps.rows[i * width]);
+    } catch (const std::exception& error) {
+      failures[i] = error.what();
+    }
+  });
+  steps.interrupted = sign.stopped();
+  for (const double residual : residuals) steps.residual = std::max(steps.residual, residual);
+  for (std::string& failure : failures)
+    if (steps.failure.empty()) steps.failure = std::move(failure);
+  return steps;
 }
 
 }  // namespace amontons

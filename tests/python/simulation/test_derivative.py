@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from amontons import Dof, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
 from amontons.parts import PathElement
-from amontons.simulation.tangent import difference, integrate
+from amontons.simulation.tangent import along_velocities, difference, integrate
 
 CHANGE = 1e-6
 """of the differences that tests make; their error is the square of it times the third derivative"""
@@ -213,6 +213,20 @@ def test_parameters(name):
         np.testing.assert_allclose(found.P[:, k], expected, atol=1e-6 * np.abs(expected).max() + 1e-9)
 
 
+# Breaks when each derivative over a parameter compiles its variants anew, or another model has them.
+def test_variants_of_a_parameter_are_made_once(monkeypatch):
+    sim, _ = started("rows of joints")
+    first = sim.derivative(parameters=["mass:lower"], inputs="none")
+    with monkeypatch.context() as patch:
+        patch.setattr("amontons.simulation.derivative.with_values", None)
+        again = sim.derivative(parameters=["mass:lower"], inputs="none")
+    np.testing.assert_array_equal(first.P, again.P)
+    heavier = Simulation(sim.model.with_(mass={"lower": 3.0}), dt=5e-3)
+    heavier.step()
+    assert heavier.derivative(parameters=["mass:lower"], inputs="none").P.any()
+    assert heavier.model._neighbours is not sim.model._neighbours
+
+
 def value_of(model, what, pattern):
     from amontons.model.quantities import places, values_of
 
@@ -284,6 +298,38 @@ def test_adjoint_of_many_steps():
         expected = (loss(**{name: at + 1e-5}) - loss(**{name: at - 1e-5})) / 2e-5
         # The control of one step counts for little: what 50 steps of a precision of 1e-8 leave shows there.
         assert found == pytest.approx(expected, rel=1e-5, abs=1e-7)
+
+
+# Breaks when a product with a row vector is not that of the matrices, entries of quaternions are mixed up, or
+# it changes the simulation.
+@pytest.mark.parametrize("name", MODELS)
+def test_vjp(name):
+    sim, _ = started(name)
+    model, random = sim.model, np.random.default_rng(2)
+    before, start = sim._core.snapshot().arrays, sim.copy()
+    start._core.restore_last()
+    names = list(PARAMETERS.get(name, ()))
+    by_q, by_qd = random.normal(size=model.nq), random.normal(size=model.nv)
+    state = random.normal(size=2 * model.nv)
+    back = sim.vjp(by_q, by_qd, state=state, parameters=names, inputs="joint_forces")
+    after = sim._core.snapshot().arrays
+    assert before.keys() == after.keys()
+    assert all(np.array_equal(before[key], after[key]) for key in before)
+    d = sim.derivative(parameters=names, inputs="joint_forces")
+    rows = np.concatenate([d.A, d.rates[:, : len(d.A)]])
+    state[: model.nv] += along_velocities(model, sim.q, by_q)
+    w = np.concatenate([state, by_qd])
+    np.testing.assert_allclose(back.state, w @ rows, rtol=1e-10, atol=1e-10 * np.abs(back.state).max())
+    columns = np.split(d.rates[:, len(d.A) :], [model.nv, 2 * model.nv], axis=1)
+    for mine, matrix, shown in zip(
+        (back.inputs, back.inputs_before, back.parameters), (d.B, d.B_before, d.P), columns, strict=True
+    ):
+        np.testing.assert_allclose(mine, state @ matrix + by_qd @ shown, rtol=1e-10, atol=1e-10)
+    np.testing.assert_array_equal(back.qd, back.state[model.nv :])
+    np.testing.assert_allclose(
+        along_velocities(model, start.q, back.q), back.state[: model.nv], atol=1e-12 * np.abs(back.q).max()
+    )
+    assert (back.differentiable, back.margin, back.reason) == (d.differentiable, d.margin, d.reason)
 
 
 # Breaks when a border is called smooth: a ball that just touches, a table whose legs share its weight in many
@@ -415,6 +461,13 @@ def test_wrong():
     ):
         with pytest.raises(amontons.InputError, match=message):
             sim.derivative(**arguments)
+    for name, shape in (("q", model.nq), ("qd", model.nv), ("state", 2 * model.nv)):
+        with pytest.raises(
+            amontons.InputError, match=rf"{name} has the shape \(7,\); it must be \({shape},\)"
+        ):
+            sim.vjp(**{name: np.zeros(7)})
+    with pytest.raises(amontons.InputError, match="no step yet"):
+        Simulation(model).vjp()
     with pytest.raises(amontons.InputError, match="cotangent has 3 entries"):
         sim.derivative().vjp(np.zeros(3))
     with pytest.raises(amontons.InputError, match="rates has 3 entries"):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from amontons import Simulation
 from amontons.model.coordinates import degrees
+from amontons.simulation.differences import activated
 from amontons.simulation.tables import effort_table
 from amontons.simulation.tangent import difference, integrate
 
@@ -140,6 +141,16 @@ def compared(model, sim, random):
     return errors
 
 
+def transposed(model, sim, random):
+    """The error of products with a row vector beside those with the matrices, over the largest entry."""
+    w, by_qd = random.normal(size=2 * model.nv + len(activated(model))), random.normal(size=model.nv)
+    found, back = sim.derivative(), sim.vjp(qd=by_qd, state=w)
+    mine = np.concatenate([back.state, back.inputs, back.inputs_before])
+    matrix = np.concatenate([found.A, found.B, found.B_before], axis=1)
+    expected = w @ matrix + by_qd @ found.rates[:, : matrix.shape[1]]
+    return float(np.abs(mine - expected).max() / np.abs(expected).max())
+
+
 # Breaks when a kind of row of published models, or a stage of their steps, is missing in the derivative. What
 # is compared is away from borders, where whole steps have a derivative that their differences know.
 def test_published_models(root):
@@ -147,7 +158,7 @@ def test_published_models(root):
     if not folder.is_dir():
         pytest.skip(f"no {folder}")
     pytest.importorskip("mujoco")
-    errors = {}
+    errors, unlike = {}, []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for name, model in [*models(folder), *models(root / "examples" / "models")]:
@@ -158,8 +169,10 @@ def test_published_models(root):
                 sim.run(0.1 if step else 0.02)
                 if (found := compared(model, sim, random)) is not None:
                     errors.setdefault(name, []).append(max(found))
+            unlike.append(transposed(model, sim, random))
     every = np.array([error for each in errors.values() for error in each])
     assert len(errors) >= 30
     assert len(every) >= 100
+    assert max(unlike) < 1e-10
     assert np.median(every) < 1e-7
     assert np.mean(every < 1e-6) >= 0.99

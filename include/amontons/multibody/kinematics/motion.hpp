@@ -34,6 +34,8 @@ struct Coordinates {
   std::vector<double> q, qd;
 };
 Coordinates read_coordinates(const Tree& tree, const State& state);
+// qd of a state whose poses are those of q.
+std::vector<double> read_rates(const Tree& tree, const State& state, std::span<const double> q);
 
 // Coordinates of the dofs of all joints that fit the poses of all bodies, next to the given coordinates.
 std::vector<double> fitted_coordinates(const Model& model, std::span<const Transform> poses,
@@ -42,6 +44,9 @@ std::vector<double> fitted_coordinates(const Model& model, std::span<const Trans
 // q after motion with the rates qd for a time h: displacements and angles add, orientations turn.
 std::vector<double> moved_along(const Tree& tree, std::span<const double> q, std::span<const double> qd,
                                 double h);
+// The rates that move the first q to the last in a time 1, with the shortest turns.
+std::vector<double> change_along(const Tree& tree, std::span<const double> first,
+                                 std::span<const double> last);
 
 // Forward kinematics; quaternions in q are unit quaternions.
 TreePose pose_of(const Tree& tree, const State& state, std::span<const double> q);

@@ -46,4 +46,28 @@ Course run_worlds(WorldTrees trees, Worlds worlds, const Schedule& schedule,
 Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
                   const std::function<bool()>& interrupted);
 
+// A change of one entry of a state, of q along qd, or of what acts on it now or in the step before.
+struct Change {
+  enum class Of { nothing, q, qd, activation, control, joint_force, held_control, held_joint_force };
+  Of of = Of::nothing;
+  std::size_t entry = 0;
+  double by = 0;
+};
+
+struct ChangedSteps {
+  // Per change: the change of the coordinates after the step along qd (nv); qd of the middle of the step
+  // (nv); activations of the actuators that have one; qd (nv).
+  std::vector<double> rows;
+  double residual = 0;  // the largest of all steps
+  std::string failure;  // of the first step that failed, empty without one
+  bool interrupted = false;
+};
+
+// The state after a step of `before`, for each change of it alone. Bodies are where the tree of joints puts
+// them, loops are closed. q: the coordinates from which those after the steps are counted. `steady`: the step
+// is one of a motion that lasts (Simulation::begin_with_shown).
+ChangedSteps make_changed_steps(const Simulation& before, std::span<const Change> changes,
+                                std::span<const double> q, bool steady, unsigned threads,
+                                const std::function<bool()>& interrupted);
+
 }  // namespace amontons
