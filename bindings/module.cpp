@@ -1,4 +1,8 @@
+#include <string>
+#include <variant>
+
 #include "amontons/base/isa.hpp"
+#include "amontons/base/policy.hpp"
 #include "bindings.hpp"
 
 namespace {
@@ -23,6 +27,16 @@ const char* compiler() {
 #endif
 }
 
+nanobind::dict policy() {
+  nanobind::dict numbers;
+  for (const amontons::RoomPolicy& room : amontons::policy())
+    for (const amontons::PolicyNumber& number : room.numbers) {
+      const std::string name = std::string(room.room).append(".").append(number.name);
+      std::visit([&](const auto* value) { numbers[name.c_str()] = *value; }, number.value);
+    }
+  return numbers;
+}
+
 }  // namespace
 
 NB_MODULE(_core, m) {
@@ -34,6 +48,10 @@ NB_MODULE(_core, m) {
   m.def("instruction_set", instruction_set,
         "The kernels that this processor runs: baseline, avx2 or avx512.");
   m.def("compiler", compiler, "Name and version of the compiler that made this module.");
+  m.def("policy", policy, "The tuned numbers of the core by name; counts are integers.");
+  m.def("set_policy", amontons::set_policy, nanobind::arg("name"), nanobind::arg("value"),
+        "Sets a tuned number of this process, while nothing is solved. benchmarks/sensitivity.py alone calls "
+        "it.");
   bind_cones(m);
   bind_operators(m);
   bind_problem(m);

@@ -11,8 +11,11 @@ A tuned number is
 Sizes in [] and <>, literals in strings and lines of the preprocessor are none. A line of code that holds a
 number for another reason says so: `// not tuned: nanoseconds per second`.
 
-In policy.hpp each constant is a declaration of its own, and its comment, above it or behind it, has the form
-"quantity (unit): reason". A declaration counts as many numbers as it has tuned literals, at least one.
+policy.hpp has the fields of struct Policy, with their values, and perhaps constants. Each is a declaration of
+its own, and its comment, above it or behind it, has the form "quantity (unit): reason". "Off: value." behind
+the reason tells the value that does without what the number controls; benchmarks/sensitivity.py tries it. A
+declaration counts as many numbers as it has tuned literals, at least one. policy.cpp names each field, as
+set_policy() does.
 """
 
 from __future__ import annotations
@@ -27,10 +30,10 @@ from duplicates import without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("multibody/step", "multibody/trees", "solvers/direct", "solvers/central_path", "solvers/choice")
-LIMIT = 122
+LIMIT = 126
 """of all rooms together; it only falls."""
 BASES = ("include/amontons", "src")
-POLICY = "policy.hpp"
+POLICY, NAMES = "policy.hpp", "policy.cpp"
 
 TRIVIAL_REAL = {0.0, 0.5, 1.0, 2.0}
 TRIVIAL_WHOLE = {0, 1, 2, 3, 6}
@@ -43,6 +46,9 @@ NUMBER = re.compile(
 STRING = re.compile(r'"(?:\\.|[^"\\\n])*"')
 SIZES = re.compile(r"\[[^][]*\]|<(?=\S)[\w\s:,&*]*(?<=\S)>")  # comparisons have spaces around them
 CONSTANT = re.compile(r"\bconstexpr\b[^;(]*?\b(\w+)\s*(?:\[[^]]*\]\s*)?(?:=|\{)[^;]*;")
+FIELD = re.compile(r"^[ \t]+(?:double|int|std::size_t)\s+(\w+)\s*(?:=|\{)[^;]*;", re.MULTILINE)
+NAMED = re.compile(r'\{"(\w+)", &policy\.\1\}')
+OFF = re.compile(r"\bOff: ([\d.e+-]+)\.$")
 BEGINS = re.compile(r"(?<![=<>!+*/-])=\s*-?$")
 EXEMPT = re.compile(r"//.*\bnot tuned: \S")
 FORM = re.compile(r"[^():]+ \([^()]+\): \S")
@@ -65,6 +71,14 @@ class Constant:
     comment: str
     declares: int
     """variables"""
+    field: bool
+    """of struct Policy"""
+
+    @property
+    def off(self) -> float | None:
+        """The value that does without what the number controls."""
+        found = OFF.search(self.comment)
+        return float(found[1]) if found else None
 
 
 def bare(text: str) -> str:
@@ -122,11 +136,13 @@ def declared(declaration: str) -> int:
 def constants_of(path: str, text: str) -> Iterator[Constant]:
     """The declarations of a policy.hpp."""
     code, lines = bare(text), text.split("\n")
-    for match in CONSTANT.finditer(code):
+    found = [(match, False) for match in CONSTANT.finditer(code)]
+    found += [(match, True) for match in FIELD.finditer(code)]
+    for match, field in sorted(found, key=lambda pair: pair[0].start()):
         first, last = (code.count("\n", 0, at) for at in match.span())
         numbers = sum(1 for _ in literals(match[0], [(0, len(match[0]))]))
         comment = comment_of(lines, first, last)
-        yield Constant(f"{path}:{first + 1}", match[1], max(1, numbers), comment, declared(match[0]))
+        yield Constant(f"{path}:{first + 1}", match[1], max(1, numbers), comment, declared(match[0]), field)
 
 
 @dataclass(frozen=True)
@@ -135,6 +151,8 @@ class Room:
     exists: bool
     constants: list[Constant]
     strays: list[Number]
+    named: set[str]
+    """fields that policy.cpp names"""
 
     @property
     def count(self) -> int:
@@ -145,13 +163,16 @@ def look(root: Path, name: str) -> Room:
     folders = [root / base / name for base in BASES]
     constants: list[Constant] = []
     strays: list[Number] = []
+    named: set[str] = set()
     for file in sorted(file for folder in folders for file in folder.rglob("*.[hc]pp")):
         path, text = str(file.relative_to(root)), file.read_text()
         if file.name == POLICY:
             constants += constants_of(path, text)
         else:
             strays += tuned(path, text)
-    return Room(name, any(folder.is_dir() for folder in folders), constants, strays)
+        if file.name == NAMES:
+            named |= set(NAMED.findall(text))
+    return Room(name, any(folder.is_dir() for folder in folders), constants, strays, named)
 
 
 def faults(rooms: list[Room], limit: int) -> Iterator[str]:
@@ -168,6 +189,8 @@ def faults(rooms: list[Room], limit: int) -> Iterator[str]:
                 yield f"{constant.place}: declares several constants; give each a line and a reason"
             elif not FORM.match(constant.comment):
                 yield f'{constant.place}: the comment of {constant.name} must be "quantity (unit): reason"'
+            if constant.field and constant.name not in room.named:
+                yield f"{constant.place}: {constant.name} is not named in src/{room.name}/{NAMES}"
     total = sum(room.count for room in rooms)
     if total > limit:
         yield f"{total} tuned numbers in {', '.join(room.name for room in rooms)}; at most {limit}"

@@ -8,12 +8,10 @@ stay those of this file.
 
 from __future__ import annotations
 
-import ast
 import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 from check_policy import BASES, ROOT, look
 from cpp_facts import body, calls, code, declared
@@ -34,15 +32,6 @@ def sources(root: Path, room: str, suffixes: tuple[str, ...] = (".hpp", ".cpp"))
     return [p for base in BASES for p in sorted((root / base / room).glob("*")) if p.suffix in suffixes]
 
 
-def assigned(path: Path, name: str) -> Any:
-    """The expression that a module gives to a name."""
-    for node in ast.parse(path.read_text()).body:
-        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        if any(isinstance(t, ast.Name) and t.id == name for t in targets):
-            return node.value  # type: ignore[attr-defined]
-    raise SystemExit(f"{path}: there is no {name}")
-
-
 def of_package(root: Path) -> list[int]:
     """The number of public names, and of members of `Simulation`, of the package as it is installed there."""
     ask = "import amontons as a; print(len(a.__all__), sum(n[0] != '_' for n in dir(a.Simulation)))"
@@ -59,11 +48,11 @@ def rows(root: Path) -> dict[str, str]:
     names, members = of_package(root)
     told = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True)
     listed = [root / name for name in told.stdout.splitlines() if name.endswith(TEXT)]
-    repairs = assigned(root / "benchmarks" / "ablation.py", "REPAIRS").values
+    numbers = [c for room in ROOMS for c in look(root, room).constants]
     step_code = [code(path) for path in step if path.suffix == ".cpp"]
     counts = {
         "lines of " + ", ".join(ROOMS): lines([p for room in ROOMS for p in sources(root, room)]),
-        "repairs in `benchmarks/ablation.py`": sum(len(group.elts) for group in repairs),
+        "repairs that a number of `policy.hpp` switches off": sum(c.off is not None for c in numbers),
         "tuned numbers of these rooms (`check_policy.py`)": sum(look(root, room).count for room in ROOMS),
         "questions of `src/multibody/step` to the clock or the budget": sum(
             len(ASKS.findall(text)) for text in step_code

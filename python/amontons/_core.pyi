@@ -19,6 +19,14 @@ def instruction_set() -> str:
 def compiler() -> str:
     """Name and version of the compiler that made this module."""
 
+def policy() -> dict:
+    """The tuned numbers of the core by name; counts are integers."""
+
+def set_policy(name: str, value: float) -> None:
+    """
+    Sets a tuned number of this process, while nothing is solved. benchmarks/sensitivity.py alone calls it.
+    """
+
 class SetProduct:
     """A product of small sets, in the order in which they are added."""
 

@@ -13,7 +13,15 @@ namespace amontons::policy {
 // Rows of an island (1): above them a dense factorisation costs more than a sweep, benchmarks/steps.py.
 inline constexpr std::size_t most_rows = 180;
 inline constexpr double growth = 0.25;  // growth of a turn (1): doubles the work in three turns
+struct Policy {
+  // Looks ahead (count): grains of a hopper overlap less. Off: 1.
+  int most_looks = 4;
+};
 }
+"""
+NAMES = """\
+constinit Policy policy;
+bool named = name_policy("choice", {{"most_looks", &policy.most_looks}});
 """
 SOURCE = """\
 #include "policy.hpp"
@@ -29,7 +37,7 @@ std::array<double, 36> block(double (&w)[36]) {
 
 
 def look(folder, files, limit=80, rooms=(ROOM,)):
-    for name, text in {"policy.hpp": POLICY, "race.cpp": SOURCE, **files}.items():
+    for name, text in {"policy.hpp": POLICY, "policy.cpp": NAMES, "race.cpp": SOURCE, **files}.items():
         path = folder / "src" / ROOM / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -81,6 +89,8 @@ def test_public_headers_belong_to_the_room(tmp_path):
         ("// lead: ties are 3 s apart\nconstexpr double lead = 4;", "the comment of lead must be"),
         ("// lead (s): ties\nconstexpr double lead = 4;\n\nconstexpr int k = 5;", "the comment of k must be"),
         ("// lead (s): ties\nconstexpr double lead = 4, other = 5;", "declares several constants"),
+        ("struct Policy {\n  // How far.\n  int most_looks = 4;\n};", "the comment of most_looks"),
+        ("struct Policy {\n  // lead (s): ties\n  double lead = 0.5;\n};", "lead is not named in"),
     ],
 )
 def test_constant_without_a_reason_is_found(tmp_path, lines, message):
@@ -93,6 +103,13 @@ def test_limit_counts_every_literal(tmp_path):
     costs = "// costs (ns): measured by benchmarks/steps.py\nconstexpr Costs costs{60, 70.0, 22, 1};\n"
     assert look(tmp_path, {"policy.hpp": costs}, limit=3) == []
     assert look(tmp_path, {"policy.hpp": costs}, limit=2) == [f"3 tuned numbers in {ROOM}; at most 2"]
+
+
+# Breaks when a field of struct Policy is not seen, or the value that switches it off is not read.
+def test_fields_are_numbers_that_may_have_a_neutral_value(tmp_path):
+    assert look(tmp_path, {}) == []
+    constants = check_policy.look(tmp_path, ROOM).constants
+    assert [(c.name, c.numbers, c.off) for c in constants if c.field] == [("most_looks", 1, 1.0)]
 
 
 # Breaks when a room that was renamed is silently no longer checked.

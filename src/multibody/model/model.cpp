@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/model/model_json.hpp"
 
 namespace amontons {
@@ -130,7 +129,7 @@ void Model::weigh_mechanisms() {
   lightness_ = lightness_in_mechanism(d_);
   for (double& lightness : lightness_) {
     mobility_factor_.push_back(std::min(1.0, lightness / least_lightness));
-    lightness = off("lightness") ? 1 : std::max(lightness, least_lightness);
+    lightness = std::max(lightness, least_lightness);
   }
 }
 

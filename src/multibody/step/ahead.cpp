@@ -23,7 +23,7 @@ bool strikes(const RowSpeeds& u, double fall) { return -u.before > smooth_speed(
 
 // Friction that has stopped a motion does not reverse it.
 bool stops(double before, double after, double fall) {
-  return before > step::closing * fall && after < step::three_digits * before;
+  return before > step::policy.closing * fall && after < step::policy.three_digits * before;
 }
 
 bool is_rough(const Contact& c, const double* x, const Observed& o, const BodyVelocities& after,
@@ -41,12 +41,12 @@ bool is_rough(const Contact& c, const double* x, const Observed& o, const BodyVe
 // A force that the step does not resolve has taken most of a motion: a stiff damper or spring. `resisted`:
 // the inverse mass of the row.
 bool takes(double compliance, double resisted, const RowSpeeds& u) {
-  return resisted > compliance && std::abs(u.after) < step::rough * std::abs(u.before);
+  return resisted > compliance && std::abs(u.after) < step::policy.rough * std::abs(u.before);
 }
 
 // A force along a row that is far from that of the last step, and changes the speed by more than a fall.
 bool jumps(double x, double last, const RowSpeeds& u, double fall) {
-  return std::abs(x - last) > step::rough * std::max(std::abs(x), std::abs(last)) &&
+  return std::abs(x - last) > step::policy.rough * std::max(std::abs(x), std::abs(last)) &&
          std::abs(u.after - u.before) > smooth_speed(fall);
 }
 
@@ -114,8 +114,9 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved&
   auto& [ahead, island, home, rough] = o.ahead;
   // A solve that missed a tight tolerance may still have the digits that count.
   const bool solved_well =
-      !step.damped && (solved.path == StepPath::accurate || (solved.path == StepPath::joints_restored &&
-                                                             solved.solution.residual <= step::three_digits));
+      !step.damped &&
+      (solved.path == StepPath::accurate ||
+       (solved.path == StepPath::joints_restored && solved.solution.residual <= step::policy.three_digits));
   ahead.assign(step.model.bodies(), solved_well ? step.h / (2 * step.kick()) : 0);
   if (!solved_well) return;
   const Problem& problem = *posed.problem;

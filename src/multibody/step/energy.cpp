@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -138,8 +137,8 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
   }
   work += work_on_trees(in, mean.moved);
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::energy_of_motion * kinetic + step::energy_of_gravity * gravity + recovered +
-              std::min(closing_work(in), step::energy_of_gravity * gravity)};
+          step::policy.energy_of_motion * kinetic + step::policy.energy_of_gravity * gravity + recovered +
+              std::min(closing_work(in), step::policy.energy_of_gravity * gravity)};
 }
 
 // J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
@@ -173,7 +172,7 @@ double along_motion(const EnergyInput& in, BodyVelocities& change) {
 
 EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch) {
   EnergyBalance balance = along_mean(in, scratch);
-  if (!balance.holds() && !off("along motion"))
+  if (!balance.holds())
     balance.work = std::min(balance.work, balance.work - along_motion(in, scratch.change));
   return balance;
 }

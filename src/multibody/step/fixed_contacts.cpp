@@ -7,7 +7,6 @@
 
 #include <algorithm>
 
-#include "amontons/base/ablation.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -44,14 +43,14 @@ void find_stops(const FixedContacts& fixed, std::size_t bodies, std::vector<Stop
 bool sweep_stops(const FixedContacts& fixed, std::span<const Stop> stops, std::span<double> impulse,
                  BodyVelocities& v) {
   bool any = false, changed = true;
-  for (int sweep = 0; sweep < step::sweeps && changed; ++sweep) {
+  for (int sweep = 0; sweep < step::policy.sweeps && changed; ++sweep) {
     changed = false;
     for (const auto& [i, body, first, jointed] : stops) {
       const Contact& c = fixed.contacts[i];
       const double short_of = fixed.least[i] - dot(c.normal, relative_motion(c, v).linear);
       if (!(short_of > 0)) continue;
-      if (jointed && c.gap > -step::deep_joint * fixed.error &&
-          !(fixed.h * short_of > step::far_joint * fixed.error))
+      if (jointed && c.gap > -step::policy.deep_joint * fixed.error &&
+          !(fixed.h * short_of > step::policy.far_joint * fixed.error))
         continue;
       const BodyMobility& mobility = fixed.mobility[body];
       const Vec3 n = first ? c.normal : -c.normal, turn = cross(first ? c.r_a : c.r_b, n);
@@ -75,7 +74,7 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
   find_stops(fixed, v.size(), stops);
   impulse.assign(fixed.contacts.size(), 0);
   bool any = false;
-  for (int round = 0; round < step::sweeps && sweep_stops(fixed, stops, impulse, v); ++round) {
+  for (int round = 0; round < step::policy.sweeps && sweep_stops(fixed, stops, impulse, v); ++round) {
     any = true;
     if (fixed.start == nullptr) break;
     slow_spins(fixed.model, *fixed.start, fixed.h, v);
@@ -84,9 +83,9 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
 }
 
 void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v) {
-  if (off("slow spins")) return;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const double spin = norm(v[i].angular), most = std::max(norm(start[i].angular), 0.5 / h);
+    const double spin = norm(v[i].angular),
+                 most = std::max(norm(start[i].angular), step::policy.most_spin / h);
     if (model.is_dynamic(static_cast<Index>(i)) && spin > most) v[i].angular = (most / spin) * v[i].angular;
   }
 }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -56,7 +55,7 @@ void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s)
   const auto Ax = [&](std::size_t i) { return s.u[i] - problem.b[i]; };
   const double stored = sum([&](std::size_t i) { return 0.5 * s.x[i] * Ax(i); });
   const double work = sum([&](std::size_t i) { return s.x[i] * (before[i] + 0.5 * Ax(i)); });
-  if (work <= solver.simulation.tolerance * stored || off("limit energy")) return;
+  if (work <= solver.simulation.tolerance * stored) return;
   const Solution plastic = solve_step(solver, inelastic, {});
   solver.sums.add_status(plastic.status);
   // The work at x0 + share d, d = x - x0, is a + b share + c share^2 with a <= 0 <= c. The larger root is the
@@ -120,7 +119,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
   std::vector<Contact> active;
   std::vector<std::size_t> index;
   StepBodies bodies{o.frames, o.mobility, v, v};
-  for (int reflection = 0; reflection < (off("reflections") ? 1 : step::most_reflections); ++reflection) {
+  for (int reflection = 0; reflection < step::policy.most_reflections; ++reflection) {
     const bool elastic = approaching(o.contacts, v, step.restitution, h, index);
     // Without restitution there is nothing to reflect: the step stops approaching bodies.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;

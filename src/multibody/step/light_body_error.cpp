@@ -35,7 +35,7 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 double tolerance_for_light_bodies(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
                                   double tolerance) {
-  const double least_miss = step::speed_rounding * (fastest.moving + fastest.turning);
+  const double least_miss = step::policy.speed_rounding * (fastest.moving + fastest.turning);
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
   double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -47,7 +47,7 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     if (is_soft(problem, block, row)) return;
     const double p = problem.P[block];
     const bool light = 1 / p < tolerance * heaviest;
-    const double U = speed<S>(&problem.b[row]) + (light ? step::slow : 1) * fastest.moving;
+    const double U = speed<S>(&problem.b[row]) + (light ? step::policy.slow : 1) * fastest.moving;
     // If a block slides or rolls, the natural map of a steep cone contains its closing velocity only times 1
     // / mu.
     double steep = 1, closing = 0;
@@ -56,15 +56,16 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
       steep = 1 + set.saxce(slips) * set.saxce(slips);
       closing = set.violation(&s.u[row]);
     }
-    if (!(step::wrong * step::wrong * U * U < p * steep * seen * seen)) return;
+    if (!(step::policy.wrong * step::policy.wrong * U * U < p * steep * seen * seen)) return;
     double g[S::dim];
     add_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double weight = 1 / std::sqrt(p * steep);
-    if (missed > std::max(step::wrong * U, least_miss) && missed * weight > step::least_tolerance * whole)
-      found = std::min(found, step::right * U * weight);
+    if (missed > std::max(step::policy.wrong * U, least_miss) &&
+        missed * weight > step::policy.least_tolerance * whole)
+      found = std::min(found, step::policy.right * U * weight);
   });
-  return std::max(found / whole, step::least_tolerance);
+  return std::max(found / whole, step::policy.least_tolerance);
 }
 
 }  // namespace amontons

@@ -1,6 +1,5 @@
 #include "multibody/step/lookahead.hpp"
 
-#include "amontons/base/ablation.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
 
@@ -48,8 +47,9 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
 
 void look_ahead(const StepSetting& step, StepSolver& solver, Observed& o, StepProblem& posed,
                 Solved& solved) {
-  const int most = off("looks") ? 1 : step::most_looks;
-  for (int round = 0; round < most && !solver.budget->ends_within(solver.clock.timings.collision); ++round) {
+  for (int round = 0;
+       round < step::policy.most_looks && !solver.budget->ends_within(solver.clock.timings.collision);
+       ++round) {
     if (!add_unforeseen(step, solver.clock, round == 0, o, posed, solved)) return;
     solver.again = true;
     solve(step, solver, o, posed, solved);

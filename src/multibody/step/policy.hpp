@@ -5,129 +5,148 @@
 
 namespace amontons::step {
 
-// Budget.
+struct Policy {
+  // Budget.
 
-// Time left (relative): reserved during the first solve for the look ahead and the second solve
-// (benchmarks/deadlines.py).
-inline constexpr double share_of_lookahead = 0.3;
-// Time left (relative): reserved during impacts for the solve of the step (benchmarks/deadlines.py).
-inline constexpr double share_after_impacts = 0.5;
-// Reserved time (factor per step): decay of the time reserved for work after the solve.
-inline constexpr double reserved_decay = 0.8;
-// Time left (relative): limit for the position solves of a step.
-inline constexpr double share_of_positions = 0.4;
-// Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
-// method takes about as long as a search (benchmarks/deadlines.py).
-inline constexpr double least_searches = 6;
-// Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
-// later.
-inline constexpr std::size_t few_iterations = 10;
-// Work (products with a block): limit of a step of few blocks, 30 ms (test_step_limits).
-inline constexpr double least_work = 1.5e6;
-// Work (products with a block per pair of blocks): iterations of first-order methods grow with the size.
-inline constexpr double work_per_pair = 100;
-// Size (blocks): beyond it the iterations of first-order methods no longer increase.
-inline constexpr double large_step = 400;
-// Work left (relative): limit of one solve, so that later solves and the safe step have some.
-inline constexpr double share_of_solve = 0.5;
+  // Time left (relative): reserved during the first solve for the look ahead and the second solve
+  // (benchmarks/deadlines.py).
+  double share_of_lookahead = 0.3;
+  // Time left (relative): reserved during impacts for the solve of the step (benchmarks/deadlines.py).
+  double share_after_impacts = 0.5;
+  // Reserved time (factor per step): decay of the time reserved for work after the solve.
+  double reserved_decay = 0.8;
+  // Time left (relative): limit for the position solves of a step.
+  double share_of_positions = 0.4;
+  // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
+  // method takes about as long as a search (benchmarks/deadlines.py).
+  double least_searches = 6;
+  // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
+  // later.
+  std::size_t few_iterations = 10;
+  // Work (products with a block): limit of a step of few blocks, 30 ms (test_step_limits).
+  double least_work = 1.5e6;
+  // Work (products with a block per pair of blocks): iterations of first-order methods grow with the size.
+  double work_per_pair = 100;
+  // Size (blocks): beyond it the iterations of first-order methods no longer increase.
+  double large_step = 400;
+  // Work left (relative): limit of one solve, so that later solves and the safe step have some.
+  double share_of_solve = 0.5;
 
-// Solve.
+  // Solve.
 
-// Residual (tolerances): a start below it belongs to a scene near rest.
-inline constexpr double near_rest = 100;
-// Residual (relative to that of zero impulses): the same for a loose tolerance. Velocities at the end of a
-// step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
-// none.
-inline constexpr double three_digits = 1e-3;
-// Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
-// Four tests of creep need it.
-inline constexpr double direct_start = 1e-2;
-// Looks ahead (count): each followed by a solve if it finds something. With one the grains of a hopper
-// overlap by 9 mm instead of 2 um (test_bands), and 1000 spheres by 0.87 % of Model::length instead of 0.20 %
-// (ablation, large scenes).
-inline constexpr int most_looks = 4;
-// Velocity (relative to g h): turns of contacts below it are ignored.
-inline constexpr double least_turn = 1e-2;
+  // Residual (tolerances): a start below it belongs to a scene near rest.
+  double near_rest = 100;
+  // Residual (relative to that of zero impulses): the same for a loose tolerance. Velocities at the end of a
+  // step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
+  // none.
+  double three_digits = 1e-3;
+  // Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
+  // Four tests of creep need it.
+  // Off: 1.
+  double direct_start = 1e-2;
+  // Looks ahead (count): each followed by a solve if it finds something. With one the grains of a hopper
+  // overlap by 9 mm instead of 2 um (test_bands), and 1000 spheres by 0.87 % of Model::length instead of 0.20
+  // % (measured on 378da62). Off: 1.
+  int most_looks = 4;
+  // Velocity (relative to g h): turns of contacts below it are ignored.
+  // Off: 1e30.
+  double least_turn = 1e-2;
 
-// Closed contacts.
+  // Closed contacts.
 
-// Speed (relative to g h): overlaps close at most this fast, which is invisible. Tests of heights, slopes and
-// internal edges need it.
-inline constexpr double closing = 1e-3;
-// Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do not
-// move.
-inline constexpr double allowed_error = 1e-4;
-// Slack of gaps (steps of drift at the tolerance): smaller differences of gaps are ignored in large problems.
-// A wall at rest takes 105,251 iterations instead of 418 without it (ablation, large scenes).
-inline constexpr double steps_of_slack = 40;
-// Slack of gaps (relative to Model::length): limit with a loose tolerance.
-inline constexpr double most_slack = 1e-5;
-// Size (rows): smaller problems are solved to rounding and need no slack.
-inline constexpr std::size_t few_rows = 1000;
+  // Speed (relative to g h): overlaps close at most this fast, which is invisible. Tests of heights, slopes
+  // and internal edges need it. Off: 0.
+  double closing = 1e-3;
+  // Overlap (allowed errors): beyond it no contact closes, because the recovery does. A gap that is too
+  // narrow would take a body in farther (test_step_limits). Off: 1e30.
+  double deep = 2;
+  // Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do
+  // not move.
+  double allowed_error = 1e-4;
+  // Slack of gaps (steps of drift at the tolerance): smaller differences of gaps are ignored in large
+  // problems. A wall at rest takes 105,251 iterations instead of 418 without it (measured on 378da62).
+  // Off: 0.
+  double steps_of_slack = 40;
+  // Slack of gaps (relative to Model::length): limit with a loose tolerance.
+  double most_slack = 1e-5;
+  // Size (rows): smaller problems are solved to rounding and need no slack.
+  std::size_t few_rows = 1000;
 
-// Positions.
+  // Positions.
 
-// Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if they
-// contradict contacts.
-inline constexpr double softness = 1e-3;
-// Tolerance (relative): of linear systems, which one factorisation solves to rounding.
-inline constexpr double precision = 1e-9;
-// Tolerance (relative): of systems with inequalities, because later corrections follow.
-inline constexpr double rough_precision = 1e-4;
-// Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
-// t^2 / 2 of its arm.
-inline constexpr double largest_turn = 0.03;
-// Size (rows): for larger systems a first-order method is stopped early.
-inline constexpr std::size_t few_position_rows = 300;
-// Iterations (count): limit of that method.
-inline constexpr std::size_t most_position_iterations = 100;
-// Residual (relative to that of no correction): a correction that ran out of time above it is left to the
-// next step.
-inline constexpr double most_left = 0.1;
-// Work of a unit wrench (relative): below it no degree of freedom moves a body along a normal.
-inline constexpr double no_motion = 1e-9;
+  // Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if
+  // they contradict contacts.
+  double softness = 1e-3;
+  // Tolerance (relative): of linear systems, which one factorisation solves to rounding.
+  double precision = 1e-9;
+  // Tolerance (relative): of systems with inequalities, because later corrections follow.
+  double rough_precision = 1e-4;
+  // Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
+  // t^2 / 2 of its arm.
+  // Off: 1e30.
+  double largest_turn = 0.03;
+  // Size (rows): for larger systems a first-order method is stopped early.
+  std::size_t few_position_rows = 300;
+  // Iterations (count): limit of that method.
+  std::size_t most_position_iterations = 100;
+  // Residual (relative to that of no correction): a correction that ran out of time above it is left to the
+  // next step.
+  double most_left = 0.1;
+  // Work of a unit wrench (relative): below it no degree of freedom moves a body along a normal.
+  double no_motion = 1e-9;
 
-// Safe step.
+  // Safe step.
 
-// Sweeps (count): over the fixed contacts of a body in a corner; also rounds with spins limited in between.
-inline constexpr int sweeps = 20;
-// Overlap (allowed errors): bodies with joints would come apart, so they are stopped only if they are deeper.
-inline constexpr double deep_joint = 100;
-// Displacement (allowed errors): the same for bodies that would leave within the step.
-inline constexpr double far_joint = 1e4;
+  // Sweeps (count): over the fixed contacts of a body in a corner; also rounds with spins limited in between.
+  // Off: 0.
+  int sweeps = 20;
+  // Turn (rad per step): limit of a spin that an unsolved step has made. A contact foresees no faster turn.
+  // Off: 1e30.
+  double most_spin = 0.5;
+  // Overlap (allowed errors): bodies with joints would come apart, so they are stopped only if they are
+  // deeper.
+  double deep_joint = 100;
+  // Displacement (allowed errors): the same for bodies that would leave within the step.
+  double far_joint = 1e4;
 
-// Energy and second order.
+  // Energy and second order.
 
-// Energy gained (relative to the kinetic energy): allowance for the solver's residual and the O(h^2) error of
-// the step.
-inline constexpr double energy_of_motion = 1e-3;
-// Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at rest.
-inline constexpr double energy_of_gravity = 0.1;
-// Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
-// (test_scenes).
-inline constexpr int most_reflections = 64;
-// Change (relative to the velocity or force): above it something jumps. A slip of such a size is removed
-// completely. A smooth motion that changes by a tenth per step has a twentieth.
-inline constexpr double rough = 0.6;
-// Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
-// determinate.
-inline constexpr double remembered_sag = 0.9;
-// Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
-// (test_turns).
-inline constexpr double fastest_turn = 100;
+  // Energy gained (relative to the kinetic energy): allowance for the solver's residual and the O(h^2) error
+  // of the step.
+  double energy_of_motion = 1e-3;
+  // Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at
+  // rest.
+  double energy_of_gravity = 0.1;
+  // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
+  // (test_scenes).
+  // Off: 1.
+  int most_reflections = 64;
+  // Change (relative to the velocity or force): above it something jumps. A slip of such a size is removed
+  // completely. A smooth motion that changes by a tenth per step has a twentieth.
+  double rough = 0.6;
+  // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
+  // determinate.
+  double remembered_sag = 0.9;
+  // Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
+  // (test_turns).
+  double fastest_turn = 100;
 
-// Light bodies.
+  // Light bodies.
 
-// Velocity error (relative to the velocity of a block): counts as wrong above it; two random scenes break
-// without it.
-inline constexpr double wrong = 0.05;
-// Velocity error (relative to the velocity of a block): target for a wrong block.
-inline constexpr double right = 0.005;
-// Speed (relative to the fastest body): taken as the velocity of a light body that is slower.
-inline constexpr double slow = 1e-3;
-// Natural map (relative to that of zero impulses): rounding.
-inline constexpr double least_tolerance = 1e-14;
-// Velocity error (relative to the fastest body): rounding.
-inline constexpr double speed_rounding = 1e-13;
+  // Velocity error (relative to the velocity of a block): counts as wrong above it; two random scenes break
+  // without it.
+  // Off: 1e30.
+  double wrong = 0.05;
+  // Velocity error (relative to the velocity of a block): target for a wrong block.
+  double right = 0.005;
+  // Speed (relative to the fastest body): taken as the velocity of a light body that is slower.
+  double slow = 1e-3;
+  // Natural map (relative to that of zero impulses): rounding.
+  double least_tolerance = 1e-14;
+  // Velocity error (relative to the fastest body): rounding.
+  double speed_rounding = 1e-13;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
 
 }  // namespace amontons::step

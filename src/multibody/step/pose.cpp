@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/dof_rows.hpp"
@@ -18,22 +17,22 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
   const double fall = step.h * norm(step.model.description().gravity);
   const bool keeps_closed = step.recovery > 0 || !step.damped;
   const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-    return !off("deep") && c.gap < -2 * error && !(c.material.compliance > 0);
+    return c.gap < -step::policy.deep * error && !(c.material.compliance > 0);
   });
-  const bool few = off("slack") || 3 * contacts.size() + joint_rows <= step::few_rows;
-  const double drift = step::steps_of_slack * step.options.tolerance * fall * step.h;
+  const bool few = 3 * contacts.size() + joint_rows <= step::policy.few_rows;
+  const double drift = step::policy.steps_of_slack * step.options.tolerance * fall * step.h;
   return {.h = step.h,
           .kick = step.kick(),
           .recovery_speed = step.recovery,
-          .closing = keeps_closed && !overlaps && !off("closing") ? step::closing * fall : 0,
+          .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
           .most_closed = error,
           .held = step.held_reach(),
-          .slack = few ? 0 : std::min(drift, step::most_slack * length),
+          .slack = few ? 0 : std::min(drift, step::policy.most_slack * length),
           .model = &step.model};
 }
 
 double enough_of_a_turn(const StepSetting& step) {
-  return step::least_turn * step.h * norm(step.model.description().gravity);
+  return step::policy.least_turn * step.h * norm(step.model.description().gravity);
 }
 
 // Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
@@ -106,8 +105,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
     add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
   }
   posed.turns.added.clear();
-  if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search) &&
-      !off("turn contacts"))
+  if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search))
     turn_ahead(step, o, posed);
 }
 

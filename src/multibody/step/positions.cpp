@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -55,7 +54,7 @@ bool is_held(const PositionInput& in, Index body, const Contact& c) {
     const Mat3 to_joint = transposed(joint.axes);
     const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
     for (std::size_t i = 0; i < joint.chain.dofs; ++i)
-      if (std::abs(dot(push, joint.chain.screws[i])) > step::no_motion * joint.scale(i)) return false;
+      if (std::abs(dot(push, joint.chain.screws[i])) > step::policy.no_motion * joint.scale(i)) return false;
     return true;
   });
 }
@@ -122,12 +121,12 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.h;
-  const bool few = all.tags.size() <= step::few_position_rows;
+  const bool few = all.tags.size() <= step::policy.few_position_rows;
   const auto of_model = [&](Index body) {  // auxiliary bodies follow those of the model
     return body < static_cast<Index>(in.model.bodies()) ? body : world;
   };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
-    const double E = step::softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
+    const double E = step::policy.softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
                      effective_inverse_mass(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
@@ -157,14 +156,14 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
-  options.tolerance = linear ? step::precision : step::rough_precision;
-  options.max_iterations = step::most_position_iterations;
-  Budget share(budget, infinity, step::share_of_solve * budget.work_left());
-  const bool few = linear || rows.tags.size() <= step::few_position_rows;
+  options.tolerance = linear ? step::policy.precision : step::policy.rough_precision;
+  options.max_iterations = step::policy.most_position_iterations;
+  Budget share(budget, infinity, step::policy.share_of_solve * budget.work_left());
+  const bool few = linear || rows.tags.size() <= step::policy.few_position_rows;
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   ++sums.solves;
   sums.add_cost(s);
-  if (s.status == Status::deadline && s.residual > step::most_left) return {};
+  if (s.status == Status::deadline && s.residual > step::policy.most_left) return {};
   BodyVelocities p = rest;
   apply_impulses(problem, s.x, p);
   return p;
@@ -188,7 +187,7 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 }  // namespace
 
 // Smaller errors stay, so that resting bodies do not move.
-double allowed_error(double length) { return step::allowed_error * length; }
+double allowed_error(double length) { return step::policy.allowed_error * length; }
 
 static bool correct_positions(const StepSetting& step, Observed& observed, StepClock& clock,
                               Elimination& elimination, State& state, StepSums& sums) {
@@ -198,17 +197,17 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
   const BodyVelocities rest(in.frames.size());
   JointRows rows = position_rows(in, rest, state, in.step.displacing);
   if (rows.tags.empty()) return false;
-  Budget time(clock.budget, step::share_of_positions * clock.budget.left());
+  Budget time(clock.budget, step::policy.share_of_positions * clock.budget.left());
   BodyVelocities p = displacements(in, rest, rows, time, elimination, sums);
   if (p.empty()) return false;
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
-  if (const double turn = h * turning(p); turn > step::largest_turn && !off("positions after turn limit")) {
-    const double share = step::largest_turn / turn;
+  if (const double turn = h * turning(p); turn > step::policy.largest_turn) {
+    const double share = step::policy.largest_turn / turn;
     rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
     p = displacements(in, rest, rows, time, elimination, sums);
     if (p.empty()) return false;
   }
-  if (!off("positions stop at fixed")) stop_at_fixed(in, p);
+  stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || step.forest.contains(i) || !is_finite(p[i].linear) ||
         !is_finite(p[i].angular))

@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
@@ -137,7 +136,7 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
-  const double rounding = std::min(step::direct_start * tolerance, step::precision);
+  const double rounding = std::min(step::policy.direct_start * tolerance, step::policy.precision);
   place(problem.graph, model.bodies(), fall, rest);
   rest.rests.assign(rest.speed.size(), 1);
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
@@ -159,8 +158,7 @@ void find_rest(const StepSetting& step, const Observed& o, const Problem& proble
     return go_on(problem, x0, rest);
   rest.any = false;
   rest.moving.clear();
-  if (off("at rest") || x0.empty() || o.contacts.empty() ||
-      !find_islands_at_rest(step, o, problem, x0, predicted, start, rest))
+  if (x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, problem, x0, predicted, start, rest))
     return;
   for (std::size_t k = 0; k < rest.island.size(); ++k)
     if (!rest.rests[rest.island[k]]) rest.moving.push_back(k);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/fixed_contacts.hpp"
@@ -67,7 +66,7 @@ void scale_impulses(const StepSetting& step, const Observed& o, const StepProble
     return energy_balance(energy, solved.energy);
   };
   balance = balance_at(1);
-  if (balance.holds() || off("scale impulses")) return;
+  if (balance.holds()) return;
   const auto work_at = [&](double s) {
     scale_to(x, s, o, posed, elimination, solved);
     return work_along_mean(energy, solved.energy);
@@ -88,7 +87,6 @@ void scale_impulses(const StepSetting& step, const Observed& o, const StepProble
 // come back.
 void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, StepProblem& posed,
                  Solved& solved) {
-  if (off("stop bodies")) return;
   const double h = step.h, error = posed.assembly.most_closed;
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();

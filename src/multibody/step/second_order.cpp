@@ -106,7 +106,7 @@ JointSlip middle_slip(const JointContext& now, std::span<const double> q, const 
 // The part of the last step's slip e that is not reflected. `before`: the slip one step earlier; `reflected`:
 // the slip of v- in the pose q.
 JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip& reflected) {
-  const double size = step::rough * norm(reflected.linear);
+  const double size = step::policy.rough * norm(reflected.linear);
   double share = 0;
   if (norm(e.linear) >= size)
     share = 1;
@@ -213,7 +213,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
     const Vec3 torque = tag.torque - cross(now.arm, tag.force);
     rows.c[i] +=
         row_velocity(rows.jacobian[i], before) - dot(tag.force, out.linear) - dot(torque, out.angular);
-    if (!first) rows.c[i] -= step::remembered_sag * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
+    if (!first) rows.c[i] -= step::policy.remembered_sag * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
   }
 }
 
@@ -261,7 +261,7 @@ double turn_contacts(const Reach& reach, const BodyVelocities& free, double leas
   // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
   // have left it. Turns at many times the present speeds come from such impulses.
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
-  const double most = step::fastest_turn * (fastest_point(contacts, free) + least);
+  const double most = step::policy.fastest_turn * (fastest_point(contacts, free) + least);
   find_turns(reach, contacts, finder, turns.found);
   turns.added.resize(contacts.size());
   double change = 0;

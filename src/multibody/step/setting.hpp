@@ -31,7 +31,7 @@ struct StepSetting {
   // after the small changes whose differences are its derivative.
   double held_reach() const {
     if (options.held == 0) return 0;
-    return step::closing * h * h * norm(model.description().gravity) + options.held * model.length();
+    return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
   }
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};

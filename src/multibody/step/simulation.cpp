@@ -211,7 +211,7 @@ void Simulation::make_step(Report& report) {
   report.time = state_.time;
   report.timings = clock.timings;
   report.timings.total = clock.elapsed();
-  last_.reserved = std::max(clock.since_solved(), step::reserved_decay * last_.reserved);
+  last_.reserved = std::max(clock.since_solved(), step::policy.reserved_decay * last_.reserved);
 }
 
 // Parts that only a reader of the report needs: the energies of the poses at the end.

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/base/error.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
@@ -100,8 +99,9 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
     return s;
   }
   if (spent)
-    options.max_iterations = std::min(options.max_iterations ? options.max_iterations : step::few_iterations,
-                                      step::few_iterations);
+    options.max_iterations =
+        std::min(options.max_iterations ? options.max_iterations : step::policy.few_iterations,
+                 step::policy.few_iterations);
   // A few iterations need no time limit: a step without any solve costs its successors more.
   Budget few(infinity, solver.budget->work_left());
   ++solver.sums.solves;
@@ -126,7 +126,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, Bu
 // already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Budget& budget,
                                 Solution s) {
-  if (s.status != Status::converged || solver.simulation.held > 0 || off("light bodies")) return s;
+  if (s.status != Status::converged || solver.simulation.held > 0) return s;
   Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
@@ -154,10 +154,10 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   if (x0.empty()) return solve_with(solver, problem, options, budget, std::move(memory));
   options.x0 = x0;
   const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
-  if (!(start <= std::min(step::near_rest * tolerance, std::max(step::three_digits, tolerance))))
+  if (!(start <=
+        std::min(step::policy.near_rest * tolerance, std::max(step::policy.three_digits, tolerance))))
     return solve_with(solver, problem, options, budget, std::move(memory));
-  if (start <= (off("direct start") ? 1 : step::direct_start) * tolerance)
-    return accepted(problem, std::move(memory), start);
+  if (start <= step::policy.direct_start * tolerance) return accepted(problem, std::move(memory), start);
   if (solver.is_auto() && solve_directly(problem, options, budget, solver.elimination, memory)) {
     ++solver.sums.solves;
     return memory;
@@ -186,19 +186,19 @@ Options StepSolver::options() const {
 
 double most_work(std::size_t blocks) {
   const auto n = static_cast<double>(blocks);
-  return step::least_work + step::work_per_pair * n * std::min(n, step::large_step);
+  return step::policy.least_work + step::policy.work_per_pair * n * std::min(n, step::policy.large_step);
 }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (solver.budget->ends_within(step::least_searches * solver.clock.search)) {
+  if (solver.budget->ends_within(step::policy.least_searches * solver.clock.search)) {
     const Solution s = solve_within_budget(solver, problem, x0);
     solver.sums.add_cost(s);
     return s;
   }
   // Later solves and the safe step keep some of the work.
-  Budget share(*solver.budget, infinity, step::share_of_solve * solver.budget->work_left());
+  Budget share(*solver.budget, infinity, step::policy.share_of_solve * solver.budget->work_left());
   Solution s = solve_from(solver, problem, x0, share, std::move(memory));
   solver.sums.add_cost(s);
   return solve_for_light_bodies(solver, problem, share, std::move(s));

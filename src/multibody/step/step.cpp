@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "multibody/step/impacts.hpp"
 #include "multibody/step/lookahead.hpp"
@@ -47,7 +46,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
                          .options = options_,
                          .h = h,
                          .last = state_.last_step,
-                         .damped = attempt.damped && !off("damped"),
+                         .damped = attempt.damped,
                          .margin = margin(),
                          .recovery = attempt.recovers ? recovery_speed() : 0,
                          .displacing = recovery_speed(),
@@ -65,7 +64,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
-  Budget before_impacts(budget, (1 - step::share_after_impacts) * budget.left());
+  Budget before_impacts(budget, (1 - step::policy.share_after_impacts) * budget.left());
   const StepSolver at_impact{.simulation = options_,
                              .clock = clock,
                              .budget = &before_impacts,
@@ -77,7 +76,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   clock.lap(&Timings::assembly);
-  Budget before_look(budget, (1 - step::share_of_lookahead) * budget.left());
+  Budget before_look(budget, (1 - step::policy.share_of_lookahead) * budget.left());
   StepSolver solver{.simulation = options_,
                     .clock = clock,
                     .budget = &before_look,

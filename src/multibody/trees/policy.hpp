@@ -4,16 +4,20 @@
 
 namespace amontons::trees {
 
-// Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
-// its coordinates was moved by the user. Rounding is below it (test_trees).
-inline constexpr double rounding = 1e-11;
-// Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
-// 2 ms.
-inline constexpr int most_rounds = 8;
-// Change of rates (relative to the fastest): these rounds end if the next one would change them less.
-inline constexpr double rate_precision = 1e-9;
-// Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result. More
-// is left where coordinates turn by radians within a step (a chain that snaps straight, test_trees).
-inline constexpr double most_left = 1e-3;
+struct Policy {
+  // Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
+  // its coordinates was moved by the user. Rounding is below it (test_trees).
+  double rounding = 1e-11;
+  // Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
+  // 2 ms.
+  int most_rounds = 8;
+  // Change of rates (relative to the fastest): these rounds end if the next one would change them less.
+  double rate_precision = 1e-9;
+  // Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result.
+  // More is left where coordinates turn by radians within a step (a chain that snaps straight, test_trees).
+  double most_left = 1e-3;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
 
 }  // namespace amontons::trees

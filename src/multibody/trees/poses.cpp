@@ -152,8 +152,8 @@ void read_balls(const Model& model, const Forest& forest, const State& state, Tr
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
-  return !(norm(state.positions[body] - pose.position) <= trees::rounding * size) ||
-         !(model.length() * norm(turn.vector()) <= trees::rounding * size);
+  return !(norm(state.positions[body] - pose.position) <= trees::policy.rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= trees::policy.rounding * size);
 }
 
 // Sizes are those of the model: memory is taken in the first step only.

@@ -81,8 +81,8 @@ namespace {
 
 // The displacement of a step differs from that of its start velocities by the square of the angle, and so do
 // momenta. Below the precision of rates it need not be known.
-bool is_slow(double angle) { return angle * angle < trees::rate_precision; }
-bool is_fast(double angle) { return angle * angle > trees::most_left; }
+bool is_slow(double angle) { return angle * angle < trees::policy.rate_precision; }
+bool is_fast(double angle) { return angle * angle > trees::policy.most_left; }
 
 double largest(std::span<const double> rates) {
   double most = 0;
@@ -104,7 +104,7 @@ bool find_rates(const Forest& forest, double h, double last_step, const BodyFram
   trees.along.resize(n);
   const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
-  for (int round = 0; round < trees::most_rounds; ++round) {
+  for (int round = 0; round < trees::policy.most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(forest, frames, start, rates, h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
@@ -116,14 +116,14 @@ bool find_rates(const Forest& forest, double h, double last_step, const BodyFram
     trees.constrained->linkage->solve(trees.along.data());
     for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
     const double change = largest(trees.along);
-    if (change <= trees::rate_precision * fastest) return true;
+    if (change <= trees::policy.rate_precision * fastest) return true;
     // At rounding changes no longer fall.
-    if (!(change < last)) return change <= trees::most_left * fastest;
+    if (!(change < last)) return change <= trees::policy.most_left * fastest;
     // Changes fall by a factor per round, so that the next one is known: change^2 / last.
-    if (round > 0 && change * change <= trees::rate_precision * fastest * last) return true;
+    if (round > 0 && change * change <= trees::policy.rate_precision * fastest * last) return true;
     last = change;
   }
-  return last <= trees::most_left * fastest;
+  return last <= trees::policy.most_left * fastest;
 }
 
 }  // namespace
@@ -248,7 +248,7 @@ static bool creates_energy(const Forest& forest, double h, double last, const Bo
   for (std::size_t k = 0; k < trees.free.size(); ++k)
     work -= (drive_impulse(trees, k, trees.free[k], h, last) + trees.pushed[k]) *
             (trees.free[k] + trees.before[k]);
-  return !(work <= trees::most_left * energy);
+  return !(work <= trees::policy.most_left * energy);
 }
 
 // A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies
@@ -262,7 +262,7 @@ static void project_momenta(const Forest& forest, double h, double last, const B
   for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, 0, h, last);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.along;
-  for (int round = 0; round < trees::most_rounds; ++round) {
+  for (int round = 0; round < trees::policy.most_rounds; ++round) {
     make_momenta(forest, frames, start, trees.free, h, trees, trees.impulse);
     double had = 0, has = 0, work = 0;
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) {

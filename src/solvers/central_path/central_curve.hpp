@@ -169,7 +169,8 @@ void CentralCurve<System>::linearise() {
     }
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb || !set.has_friction()) return;
-      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = elementary::hypot(s, epsilon);
+      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+                   rounded = elementary::hypot(s, epsilon);
       F_[row] -= rounded;
       F_t_[row] -= epsilon * epsilon / rounded;
       if (!(s > 0)) return;
@@ -265,7 +266,8 @@ bool CentralCurve<System>::bend(Direction& d) {
       double w[n], end[n], g[n];
       barrier.dual(w);
       barrier.dual(end, 1);
-      const double epsilon = curve::rounding * t_, s = set.saxce(w), rounded = elementary::hypot(s, epsilon);
+      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+                   rounded = elementary::hypot(s, epsilon);
       double linear = rounded + d.dt * epsilon * epsilon / rounded;
       if (s > 0) {
         set.saxce_gradient(w, g);
@@ -285,9 +287,9 @@ bool CentralCurve<System>::bend(Direction& d) {
 // A step back to the curve. If such steps do not reach it soon, the last step along it was too long.
 template <class System>
 bool CentralCurve<System>::back() {
-  if (++back_steps_ > curve::most_back && step_ > 0) return shorten();
-  const double step = std::min(1.0, curve::fraction_back * longest_step(back_));
-  if (!(step > curve::shortest_step)) return false;
+  if (++back_steps_ > curve::policy.most_back && step_ > 0) return shorten();
+  const double step = std::min(1.0, curve::policy.fraction_back * longest_step(back_));
+  if (!(step > curve::policy.shortest_step)) return false;
   go(t_, back_.dt, step);
   return true;
 }
@@ -295,7 +297,7 @@ bool CentralCurve<System>::back() {
 template <class System>
 bool CentralCurve<System>::move(const Direction& d, double share) {
   step_ = std::min(1.0, share * longest_step(d));
-  if (!(step_ > curve::shortest_step)) return false;
+  if (!(step_ > curve::policy.shortest_step)) return false;
   before_ = barriers_;
   t_before_ = t_;
   dt_ = d.dt;
@@ -307,7 +309,7 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
 template <class System>
 bool CentralCurve<System>::shorten() {
   step_ *= curve::shorter;
-  if (!(step_ > curve::shortest_step)) return false;
+  if (!(step_ > curve::policy.shortest_step)) return false;
   back_steps_ = 0;
   barriers_ = before_;
   go(t_before_, dt_, step_);
@@ -345,7 +347,7 @@ double CentralCurve<System>::first_part(bool falls) {
   add(trial_, falls ? -1 : 1, along_);
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
-  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_target) : c::most_rise;
+  const double part = falls ? 1 - std::max(rest * rest * rest, curve::policy.least_target) : c::most_rise;
   return std::min(part, c::beyond * free);
 }
 
@@ -371,12 +373,12 @@ bool CentralCurve<System>::step() {
     recover(trial_, false);
     if (!bend(trial_)) return false;
     const double share = norm(corrected_) / (part * speed);
-    const bool bends = share > c::most_bend;
+    const bool bends = share > curve::policy.most_bend;
     const bool last = i == c::most_halvings, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
     if (last || (!bends && longest_step(trial_) > c::least_free))
-      return move(trial_, std::clamp(1 - share, c::fraction, c::most_fraction));
+      return move(trial_, std::clamp(1 - share, curve::policy.fraction, curve::policy.most_fraction));
   }
 }
 

@@ -5,23 +5,29 @@
 
 namespace amontons::curve {
 
-// Kink (relative to t): radius by which the kink of the De Saxce term is rounded; 1 leaves two more problems
-// unsolved (tests/cpp/test_central_curve.cpp).
-inline constexpr double rounding = 0.8;
-// Step (relative to the distance to the boundary): where the curve bends; 0.9 takes 3 % more factorisations.
-inline constexpr double fraction = 0.8;
-// Step (relative to the distance to the boundary): where the curve hardly bends; usual for interior points.
-inline constexpr double most_fraction = 0.99;
-// Step (relative to the distance to the boundary): back to the curve; 1 leaves eight more problems unsolved.
-inline constexpr double fraction_back = 0.9;
-// Aim of a step (relative to t): the smallest one; 0 takes 1 % more factorisations.
-inline constexpr double least_target = 0.01;
-// Correction (relative to the step): a larger one halves the step; 0.5 takes 4 % more factorisations.
-inline constexpr double most_bend = 0.7;
-// Steps back (count): in a row. If they do not reach the curve, the last step along it was too long. Without
-// the bound 2 % more factorisations.
-inline constexpr int most_back = 5;
-// Step (relative): a shorter one makes no progress (tests/cpp/test_central_curve.cpp).
-inline constexpr double shortest_step = 1e-4;
+struct Policy {
+  // Kink (relative to t): radius by which the kink of the De Saxce term is rounded; 1 leaves two more
+  // problems unsolved (tests/cpp/test_central_curve.cpp).
+  double rounding = 0.8;
+  // Step (relative to the distance to the boundary): where the curve bends; 0.9 takes 3 % more
+  // factorisations.
+  double fraction = 0.8;
+  // Step (relative to the distance to the boundary): where the curve hardly bends; usual for interior points.
+  double most_fraction = 0.99;
+  // Step (relative to the distance to the boundary): back to the curve; 1 leaves eight more problems
+  // unsolved.
+  double fraction_back = 0.9;
+  // Aim of a step (relative to t): the smallest one; 0 takes 1 % more factorisations.
+  double least_target = 0.01;
+  // Correction (relative to the step): a larger one halves the step; 0.5 takes 4 % more factorisations.
+  double most_bend = 0.7;
+  // Steps back (count): in a row. If they do not reach the curve, the last step along it was too long.
+  // Without the bound 2 % more factorisations.
+  int most_back = 5;
+  // Step (relative): a shorter one makes no progress (tests/cpp/test_central_curve.cpp).
+  double shortest_step = 1e-4;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
 
 }  // namespace amontons::curve

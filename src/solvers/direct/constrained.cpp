@@ -23,7 +23,7 @@ class ConstrainedRun final : public Run {
   ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options, Budget& budget)
       : problem_(problem), options_(options) {
     Options inner = options;
-    inner.tolerance = direct::constrained_share * options.tolerance / problem.ratio();
+    inner.tolerance = direct::policy.constrained_share * options.tolerance / problem.ratio();
     // The start drops impulses of bilateral rows: they follow from the others.
     if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
     inner.x0 = x0_;
@@ -50,7 +50,7 @@ class ConstrainedRun final : public Run {
     // reported.
     measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     ++s.products;
-    for (int k = 0; k < direct::refinements && s.residual > options_.tolerance; ++k, ++s.products) {
+    for (int k = 0; k < direct::policy.refinements && s.residual > options_.tolerance; ++k, ++s.products) {
       problem_.correct(s.u, s.x);
       measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     }
@@ -78,7 +78,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   problem_ = &problem;
   mechanism_.analyse(problem, Mechanism::Scope::held);
   if (mechanism_.rows().empty() || mechanism_.rows().size() == problem.rows() ||
-      mechanism_.K().work() > direct::most_factor_work || !mechanism_.factor(problem))
+      mechanism_.K().work() > direct::policy.most_factor_work || !mechanism_.factor(problem))
     return false;
   held_.clear();
   for (std::size_t i = 0; i < A->bodies.size(); ++i)

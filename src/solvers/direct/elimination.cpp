@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "solvers/direct/island_solver.hpp"
@@ -69,8 +68,9 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
-    const IslandSolver::Result result = small.solve(
-        island, law_of(*problem, *options), {target[i], direct::aim * even, options->max_iterations}, part);
+    const IslandSolver::Result result =
+        small.solve(island, law_of(*problem, *options),
+                    {target[i], direct::policy.aim * even, options->max_iterations}, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
@@ -99,8 +99,10 @@ double Elimination::Memory::form_u(Solution& s) const {
 double Elimination::Memory::complete(Solution& s) {
   in_trees ? trees.recover(s.x) : reduction.recover(s.x);
   double bilateral = form_u(s);
-  for (int k = 0; k < direct::refinements &&
-                  bilateral > std::max(direct::bilateral_rounding, direct::aim * options->tolerance) * scale;
+  for (int k = 0;
+       k < direct::policy.refinements &&
+       bilateral >
+           std::max(direct::policy.bilateral_rounding, direct::policy.aim * options->tolerance) * scale;
        ++k) {
     in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);
@@ -112,15 +114,15 @@ double Elimination::Memory::complete(Solution& s) {
 // The matrices of all islands. Beside trees M^-1 is not block diagonal over bodies: there are no nodes for K,
 // and the bilateral rows leave each island by themselves.
 bool Elimination::Memory::reduce(const Problem& p) {
-  in_trees = trees.analyse(p, direct::most_rows_on_joints);
+  in_trees = trees.analyse(p, direct::policy.most_rows_on_joints);
   if (in_trees) {
     trees.factor(p);
     budget->spend(trees.work() / Budget::multiplications);
     return true;
   }
   const bool on_joints = 2 * p.K.all<Bilateral>().size() > p.rows();
-  if (!reduction.analyse(p, on_joints ? direct::most_rows_on_joints : direct::most_rows,
-                         direct::most_factor_work) ||
+  if (!reduction.analyse(p, on_joints ? direct::policy.most_rows_on_joints : direct::policy.most_rows,
+                         direct::policy.most_factor_work) ||
       !reduction.factor(p))
     return false;
   budget->spend(reduction.work() / Budget::multiplications);
@@ -136,7 +138,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
-  m.whole = direct::island_share * options.tolerance * m.scale;
+  m.whole = direct::policy.island_share * options.tolerance * m.scale;
   m.small.begin(budget);
   // Reused, not replaced: its arrays keep their memory.
   s.phases.clear();
@@ -150,8 +152,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   double bilateral = m.complete(s);
   // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
   // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
-  for (int round = 1; round < (off("rounds") ? 1 : direct::most_rounds) && s.residual > options.tolerance &&
-                      m.solved() && !budget.late();
+  for (int round = 1;
+       round < direct::policy.most_rounds && s.residual > options.tolerance && m.solved() && !budget.late();
        ++round) {
     for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
@@ -175,7 +177,7 @@ bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
   if (!A || A->constrained) return false;
   Mechanism& mechanism = memory_->mechanism;
   mechanism.analyse(problem, Mechanism::Scope::held);
-  if (mechanism.rows().empty() || mechanism.K().work() > direct::most_factor_work ||
+  if (mechanism.rows().empty() || mechanism.K().work() > direct::policy.most_factor_work ||
       !mechanism.factor(problem))
     return false;
   mechanism.hold(problem, x, memory_->wrenches, memory_->z);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/base/interrupt.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
@@ -14,10 +13,16 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
-const IslandSolver::Faces IslandSolver::at_once = {direct::steps_at_once, direct::stale_at_once,
-                                                   direct::proximal_at_once, 1};
-const IslandSolver::Faces IslandSolver::carefully = {2 * direct::steps_at_once, 2 * direct::stale_at_once,
-                                                     direct::proximal_careful, direct::proximal_rise};
+IslandSolver::Faces IslandSolver::at_once() {
+  const direct::Policy& p = direct::policy;
+  return {p.steps_at_once, p.stale_at_once, p.proximal_at_once, 1};
+}
+
+IslandSolver::Faces IslandSolver::carefully() {
+  const direct::Policy& p = direct::policy;
+  return {p.times_carefully * p.steps_at_once, p.times_carefully * p.stale_at_once, p.proximal_careful,
+          p.proximal_rise};
+}
 
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
@@ -29,7 +34,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   diagonal_.resize(m);
   for (std::size_t i = 0; i < m; ++i) diagonal_[i] = island.diagonal(i);
   for (const double d : diagonal_) largest = std::max(largest, d);
-  const double floor = largest > 0 ? direct::least_diagonal * largest : 1.0;
+  const double floor = largest > 0 ? direct::policy.least_diagonal * largest : 1.0;
   for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += diagonal_[row + k] / S::dim;
@@ -37,7 +42,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   });
   result_ = {false, INFINITY, 0, 0};
   work_ = paid_ = 0;
-  most_work_ = direct::most_island_work + 2 * static_cast<std::uint64_t>(m) * m * m;
+  most_work_ = direct::policy.most_island_work + 2 * static_cast<std::uint64_t>(m) * m * m;
 }
 
 // u = W x + q. An island with more rows than coordinates has W in factors, and nothing else differs here.
@@ -45,11 +50,11 @@ void IslandSolver::evaluate(const std::vector<double>& x, std::vector<double>& u
   u = island_->q;
   const std::size_t m = x.size();
   if (!island_->thin.empty()) {
-    work_ += m * (2 * island_->thin.n + direct::multiplications_per_row);
+    work_ += m * (2 * island_->thin.n + direct::policy.multiplications_per_row);
     island_->thin.add_product(x, u);
     return;
   }
-  work_ += m * (m + direct::multiplications_per_row);
+  work_ += m * (m + direct::policy.multiplications_per_row);
   AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m, m);
 }
 
@@ -85,12 +90,12 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   limits_ = limits;
   start(island);
   choose_start(x);
-  if (result_.map > limits_.aim) find_faces(at_once);
-  if (is_unsolved() && !off("second search")) {
+  if (result_.map > limits_.aim) find_faces(at_once());
+  if (is_unsolved()) {
     go_to_best();
-    find_faces(carefully);
+    find_faces(carefully());
   }
-  if (result_.map > limits_.target && !off("curve")) follow_curve();
+  if (result_.map > limits_.target) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
   result_.solved = result_.map <= limits_.target;
@@ -108,13 +113,13 @@ void IslandSolver::choose_start(std::vector<double>& x) {
   if (x.size() != x_.size()) return;
   project(island_->K, x, trial_);
   evaluate(trial_, trial_u_);
-  if (!(keep_better(trial_, trial_u_) < direct::far_off * map_at_zero)) return;
+  if (!(keep_better(trial_, trial_u_) < direct::policy.far_off * map_at_zero)) return;
   x_.swap(trial_);
   u_.swap(trial_u_);
 }
 
 bool IslandSolver::has_budget() {
-  if (unpaid_ + work_ - paid_ >= direct::unwatched_work) pay();
+  if (unpaid_ + work_ - paid_ >= direct::policy.unwatched_work) pay();
   return !ended_ && work_ < most_work_ &&
          (limits_.iterations == 0 || result_.iterations < limits_.iterations);
 }
@@ -143,8 +148,8 @@ void IslandSolver::find_faces(const Faces& how) {
     stale = result_.map < before ? 0 : stale + 1;
     if (stale > 0)
       sigma = std::min(1.0, how.rise * sigma);
-    else if (result_.map > direct::slow_step * before)
-      sigma = std::max(direct::smallest_proximal, sigma / direct::proximal_rise);
+    else if (result_.map > direct::policy.slow_step * before)
+      sigma = std::max(direct::policy.smallest_proximal, sigma / direct::policy.proximal_rise);
   }
 }
 
@@ -170,12 +175,13 @@ void IslandSolver::follow_curve() {
   // over rows.
   const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
   const double left_to_all = std::max(0.0, budget_->work_left()) * multiplications_in_unit;
-  if (static_cast<double>(direct::usual_curve_steps * work_of_step) > direct::share_of_curve * left_to_all)
+  if (static_cast<double>(direct::policy.usual_curve_steps * work_of_step) >
+      direct::policy.share_of_curve * left_to_all)
     return;
-  most_work_ = work_ + direct::most_curve_steps * work_of_step + direct::most_island_work;
+  most_work_ = work_ + direct::policy.most_curve_steps * work_of_step + direct::policy.most_island_work;
   system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
-  for (std::size_t i = 0; i < direct::most_curve_steps && is_unsolved(); ++i) {
+  for (std::size_t i = 0; i < direct::policy.most_curve_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += work_of_step;
@@ -184,10 +190,10 @@ void IslandSolver::follow_curve() {
     system_.units().to_impulses(x_);
     evaluate(x_, u_);
     keep_better(x_, u_);
-    if (curve_.t() < direct::end_of_curve) break;
+    if (curve_.t() < direct::policy.end_of_curve) break;
   }
   go_to_best();
-  if (result_.map > limits_.aim) find_faces(at_once);
+  if (result_.map > limits_.aim) find_faces(at_once());
 }
 
 void IslandSolver::go_to_best() {

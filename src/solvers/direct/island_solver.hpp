@@ -43,7 +43,7 @@ class IslandSolver {
     std::size_t steps, stale_steps;
     double proximal, rise;
   };
-  static const Faces at_once, carefully;
+  static Faces at_once(), carefully();
 
   void start(const Reduction::Island& island);
   void choose_start(std::vector<double>& x);

@@ -182,7 +182,7 @@ void NewtonDirection::add_group(const ThinMatrix& W, std::size_t first, std::siz
 // symmetric where contacts slide, and is factored with row pivots, like the matrix by rows.
 bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx) {
   const std::size_t n = W.n, stride = W.stride;
-  const double least = std::max(sigma, direct::proximal_at_once);
+  const double least = std::max(sigma, direct::policy.proximal_at_once);
   rows_.clear();
   r_.resize(W.rows());
   S_.resize(6 * W.rows());

@@ -1,0 +1,57 @@
+#include "multibody/step/policy.hpp"
+
+#include "amontons/base/policy.hpp"
+
+namespace amontons::step {
+
+// Has its values before any initialisation at run time, so that no order of initialisation matters.
+constinit Policy policy;
+
+// Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
+[[maybe_unused]] static const bool named =
+    name_policy("step", {{"share_of_lookahead", &policy.share_of_lookahead},
+                         {"share_after_impacts", &policy.share_after_impacts},
+                         {"reserved_decay", &policy.reserved_decay},
+                         {"share_of_positions", &policy.share_of_positions},
+                         {"least_searches", &policy.least_searches},
+                         {"few_iterations", &policy.few_iterations},
+                         {"least_work", &policy.least_work},
+                         {"work_per_pair", &policy.work_per_pair},
+                         {"large_step", &policy.large_step},
+                         {"share_of_solve", &policy.share_of_solve},
+                         {"near_rest", &policy.near_rest},
+                         {"three_digits", &policy.three_digits},
+                         {"direct_start", &policy.direct_start},
+                         {"most_looks", &policy.most_looks},
+                         {"least_turn", &policy.least_turn},
+                         {"closing", &policy.closing},
+                         {"deep", &policy.deep},
+                         {"allowed_error", &policy.allowed_error},
+                         {"steps_of_slack", &policy.steps_of_slack},
+                         {"most_slack", &policy.most_slack},
+                         {"few_rows", &policy.few_rows},
+                         {"softness", &policy.softness},
+                         {"precision", &policy.precision},
+                         {"rough_precision", &policy.rough_precision},
+                         {"largest_turn", &policy.largest_turn},
+                         {"few_position_rows", &policy.few_position_rows},
+                         {"most_position_iterations", &policy.most_position_iterations},
+                         {"most_left", &policy.most_left},
+                         {"no_motion", &policy.no_motion},
+                         {"sweeps", &policy.sweeps},
+                         {"most_spin", &policy.most_spin},
+                         {"deep_joint", &policy.deep_joint},
+                         {"far_joint", &policy.far_joint},
+                         {"energy_of_motion", &policy.energy_of_motion},
+                         {"energy_of_gravity", &policy.energy_of_gravity},
+                         {"most_reflections", &policy.most_reflections},
+                         {"rough", &policy.rough},
+                         {"remembered_sag", &policy.remembered_sag},
+                         {"fastest_turn", &policy.fastest_turn},
+                         {"wrong", &policy.wrong},
+                         {"right", &policy.right},
+                         {"slow", &policy.slow},
+                         {"least_tolerance", &policy.least_tolerance},
+                         {"speed_rounding", &policy.speed_rounding}});
+
+}  // namespace amontons::step
