@@ -103,6 +103,7 @@ Quat along_slider(const NewJoint& given, const Vec3& x, const std::string& who) 
   return turn * Quat{elementary::cos(half), 0, 0, -elementary::sin(half)};
 }
 
+// Body A exists and differs from B; a joint to the world has the world as B, so that its frame moves with A.
 Joint between(const std::string& who, const std::string& name, const JointEnd& a, const JointEnd& b) {
   AMONTONS_REQUIRE(a.body != world, who + ": body A must not be the world; swap the bodies");
   AMONTONS_REQUIRE(a.body != b.body, who + " joins a body to itself; it needs two bodies");
@@ -113,6 +114,9 @@ Joint between(const std::string& who, const std::string& name, const JointEnd& a
 
 }  // namespace
 
+// Mass, centre and inertia of a body from what is given of it. The shape gives what is not given, at a
+// uniform density. Shapes without a volume (planes, meshes of the world) have no mass of their own: for them
+// the inertia must be given.
 MassProperties solid_of(const NewBody& given, const std::string& who) {
   AMONTONS_REQUIRE(!(given.density != 0 && given.mass != 0),
                    who + ": density and mass are both given; keep one of them");
@@ -136,6 +140,8 @@ MassProperties solid_of(const NewBody& given, const std::string& who) {
 
 std::size_t dofs_of_kind(const std::string& kind) { return chain_of(kind).dofs; }
 
+// The frame of the joint has its origin at the given point and its third axis along that of the joint. Both
+// bodies keep it in their own coordinates at their initial poses, so that the joint is closed at the start.
 Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& b, const NewJoint& given) {
   const std::string who = quoted("joint", given.name);
   const Chain& chain = with_play(kind, given, who);
@@ -177,6 +183,8 @@ Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& 
   return joint;
 }
 
+// A rod keeps the distance of two points, or keeps it between two limits. Its length is by default that of
+// the start; from zero length a distance has no direction.
 Joint rod_between(const JointEnd& a, const JointEnd& b, const NewRod& given) {
   const std::string who = quoted("joint", given.name);
   Joint joint = between(who, given.name, a, b);

@@ -19,7 +19,6 @@
 #include <string>
 #include <utility>
 
-#include "amontons/base/ablation.hpp"
 #include "amontons/base/elementary.hpp"
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
@@ -194,8 +193,7 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
   const bool watched = options.history || options.callback;
-  const bool held = !off("joints eliminated") && !problem.K.all_bilateral() && !watched &&
-                    rest.make(problem, law_of(problem, options));
+  const bool held = !problem.K.all_bilateral() && !watched && rest.make(problem, law_of(problem, options));
   Options here = options;  // the device does not serve this problem, and no part of it
   here.iterates = nullptr;
   const Field field = problem.K.all_bilateral() ? linear_field(costs, can_factor(problem))
@@ -263,9 +261,7 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
                            const Elimination& elimination, Solution s) {
   Options rest = options;
   rest.x0 = {};
-  if (s.status != Status::stalled || !elimination.fell_short() || budget.late() ||
-      off("race after elimination"))
-    return s;
+  if (s.status != Status::stalled || !elimination.fell_short() || budget.late()) return s;
   if (options.max_iterations) {
     if (s.iterations >= options.max_iterations) return s;
     rest.max_iterations = options.max_iterations - s.iterations;
