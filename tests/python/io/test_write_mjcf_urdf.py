@@ -51,7 +51,7 @@ def test_robots_as_mjcf(root, tmp_path, name):
     again, lost = written(model, tmp_path, ".xml")
     assert not [entry for entry in lost if entry.effect != "none"]
     assert again.control_names == model.control_names
-    # The first step of the quadruped ends anywhere within its tolerance: rounding decides which method does it.
+    # The first step of the quadruped ends anywhere within its tolerance: rounding picks the method.
     assert apart(model, again, tolerance=1e-12) < (5e-8 if name == "quadruped.xml" else 1e-8)
 
 
