@@ -19,7 +19,17 @@ BLOCK = 16
 INK = 0.35
 """The largest share of a block that letters blacken, of any font: bold ones of the headings."""
 SHIFTED = 0.05
-"""The share of the blocks that have letters in one picture only: other fonts move the ends of lines."""
+"""The share of the blocks that have letters in one picture only: letters of other fonts are wider."""
+
+ONE_LINE = "article :is(p, li, code) { white-space: nowrap !important; overflow: hidden }"
+"""A line that one font breaks and another does not would shift all that is below it."""
+
+PLACE_OF_REPLAY = """() => {
+  const hero = document.getElementById("hero"), place = document.createElement("div");
+  place.style.cssText = `background: #888; height: ${hero.offsetHeight}px; width: ${hero.offsetWidth}px`;
+  hero.replaceWith(place);
+}"""
+"""An empty frame is white or transparent, depending on whether it has loaded."""
 
 
 class Links(HTMLParser):
@@ -106,6 +116,8 @@ def shot(chromium, address, width, scheme):
     page.route("**/creep.webp", lambda route: route.abort())
     page.goto(address + "index.html")
     wide = page.evaluate("document.documentElement.scrollWidth")
+    page.add_style_tag(content=ONE_LINE)
+    page.evaluate(PLACE_OF_REPLAY)
     pixels = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("L"), dtype=float) / 255
     page.close()
     return pixels, wide
