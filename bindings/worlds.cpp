@@ -53,12 +53,13 @@ nb::tuple run(const std::vector<const Tree*>& trees, const std::vector<std::shar
       std::move(course.done), std::move(course.failures));
 }
 
-Change::Of changed(std::string_view name) {
+// The names that the package has for entries of a state, in the order of Change::Entry.
+Change::Entry entry_of(std::string_view name) {
   constexpr std::string_view names[] = {
       "nothing", "q", "qd", "activations", "controls", "joint_forces", "held_controls", "held_joint_forces"};
   const auto* found = std::find(std::begin(names), std::end(names), name);
   AMONTONS_REQUIRE(found != std::end(names), "there is nothing of this name to change");
-  return static_cast<Change::Of>(found - std::begin(names));
+  return static_cast<Change::Entry>(found - std::begin(names));
 }
 
 // Entries are those of the package, which knows their numbers.
@@ -66,7 +67,7 @@ nb::tuple changed_steps(const Simulation& before,
                         const std::vector<std::tuple<std::string, std::size_t, double>>& given,
                         const Vector& q, bool steady, unsigned threads) {
   std::vector<Change> changes;
-  for (const auto& [of, entry, by] : given) changes.push_back({changed(of), entry, by});
+  for (const auto& [name, index, by] : given) changes.push_back({entry_of(name), index, by});
   ChangedSteps steps;
   {
     nb::gil_scoped_release release;

@@ -72,7 +72,7 @@ AUTO = {
         "Otherwise: solve each island by itself, directly if it is small, or by one of these races:",
     ),
 }
-AUTO_PASSED = {"name_elimination"}
+AUTO_PASSED = {"name_elimination", "usual", "late"}
 GROUPS = {
     "linear_field": "Race for linear systems",
     "add_first_order": "Race: methods that only need products",

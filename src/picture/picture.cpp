@@ -45,6 +45,9 @@ struct Seen {
   std::int32_t first() const { return fixed_first || moving == no_instance ? fixed : moving; }
 };
 
+// Draws in bands of rows. Each sample has the nearest moving thing, the nearest fixed one, and what lies over
+// both (transparent things and lines); `colour` mixes them. Triangles are projected once; planes are not
+// triangles, because they have no border, and are asked at each sample.
 class Painter {
  public:
   Painter(const PictureScene& scene, std::span<const Transform> bodies, const PictureCamera& camera,
@@ -94,6 +97,7 @@ class Painter {
     Vec3 normal;
   };
 
+  // Layer 0 of a band has moving triangles, layer 1 fixed ones, with which planes compete by their nearness.
   std::vector<Seen> layers_of(const Band& band) const {
     std::vector<Seen> out(band.nearness[0].size());
     for (int row = band.first; row < band.first + band.rows; ++row)
@@ -134,6 +138,8 @@ class Painter {
     return sum;
   }
 
+  // The colours are laid over each other: background, the moving thing, the fixed one (perhaps as glass),
+  // what is transparent. Lines lie over all, and borders of things are darker.
   Colour colour(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
     const std::size_t k = band.at(column, row);
     if (const std::int32_t over = band.triangle[3][k]; over >= 0)
@@ -173,11 +179,13 @@ class Painter {
     return (column > 0 && differs(column - 1, row)) || (row > band.first && differs(column, row - 1));
   }
 
+  // Light from the surroundings, and from one direction by the cosine to the normal, less what a shadow
+  // takes.
   Colour lit(const ScreenTriangle& t, int column, int row, bool behind_fixed) const {
     Vec3 w = weights(t, column + 0.5, row + 0.5);
     const double nearness = w.x * t.nearness[0] + w.y * t.nearness[1] + w.z * t.nearness[2];
-    if (!projection_
-             .parallel())  // what is linear in the world is so on the screen once divided by the distance
+    // A linear function in the world is linear on the screen after division by the distance.
+    if (!projection_.parallel())
       w = Vec3{w.x * t.nearness[0], w.y * t.nearness[1], w.z * t.nearness[2]} / nearness;
     Vec3 normal;
     for (int i = 0; i < 3; ++i)
@@ -193,6 +201,7 @@ class Painter {
     return out;
   }
 
+  // A plane has the colour of the floor where it lies as the ground does, and that share of it elsewhere.
   Colour floor(const Seen& s, int column, int row) const {
     const Plane& plane = planes_[-2 - s.fixed];
     const Vec3 point = projection_.world(column + 0.5, row + 0.5, s.nearness);

@@ -126,11 +126,11 @@ TEST(steps_from_changed_states) {
   const auto model = driven_box();
   Simulation before(model, {});
   for (int k = 0; k < 3; ++k) before.step();
-  using Of = Change::Of;
-  std::vector<Change> changes{{}, {Of::control, 0, 1.0}, {Of::held_control, 0, 1.0}};
+  using Entry = Change::Entry;
+  std::vector<Change> changes{{}, {Entry::control, 0, 1.0}, {Entry::held_control, 0, 1.0}};
   const std::size_t nv = before.tree().nv(), width = 3 * nv;
-  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Of::qd, k, 1e-3});
-  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Of::q, k, 1e-3});
+  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Entry::qd, k, 1e-3});
+  for (std::size_t k = 0; k < nv; ++k) changes.push_back({Entry::q, k, 1e-3});
   const std::vector<double> q = read_coordinates(before.tree(), before.state()).q;
   const ChangedSteps one = make_changed_steps(before, changes, q, false, 1, {});
   const ChangedSteps two = make_changed_steps(before, changes, q, false, 3, {});

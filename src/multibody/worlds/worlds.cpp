@@ -206,33 +206,33 @@ void place(const Tree& tree, Coordinates c, State& state) {
 // `at`: the coordinates of the state, which is placed. Changes of q and of qd open loops. These are closed
 // again by the least change of all entries. So the state is one that the mechanism has.
 void change(const Tree& tree, const Coordinates& at, const Change& one, State& state) {
-  using Of = Change::Of;
+  using Entry = Change::Entry;
   std::vector<double> rates(tree.nv());
-  switch (one.of) {
-    case Of::nothing:
+  switch (one.what) {
+    case Entry::nothing:
       return;
-    case Of::q:
-      rates[one.entry] = one.by;
+    case Entry::q:
+      rates[one.index] = one.by;
       return place(tree, {moved_along(tree, at.q, rates, 1), at.qd}, state);
-    case Of::qd:
+    case Entry::qd:
       rates = at.qd;
-      rates[one.entry] += one.by;
+      rates[one.index] += one.by;
       close_velocities(tree, state, at.q, std::vector<unsigned char>(tree.nv()), rates);
       return write_velocities(tree, at.q, rates, state);
-    case Of::activation:
-      state.activations[one.entry] += one.by;
+    case Entry::activation:
+      state.activations[one.index] += one.by;
       return;
-    case Of::control:
-      state.controls[one.entry] += one.by;
+    case Entry::control:
+      state.controls[one.index] += one.by;
       return;
-    case Of::joint_force:
-      state.joint_forces[one.entry] += one.by;
+    case Entry::joint_force:
+      state.joint_forces[one.index] += one.by;
       return;
-    case Of::held_control:
-      state.held_controls[one.entry] += one.by;
+    case Entry::held_control:
+      state.held_controls[one.index] += one.by;
       return;
-    case Of::held_joint_force:
-      state.held_joint_forces[one.entry] += one.by;
+    case Entry::held_joint_force:
+      state.held_joint_forces[one.index] += one.by;
       return;
   }
 }

@@ -54,12 +54,12 @@ struct Costs {
 
 // Cost of a factorisation without its multiplications.
 double assembly(const Problem& problem) {
-  return choice::factor_per_body * static_cast<double>(problem.graph.bodies()) +
-         choice::factor_per_block * static_cast<double>(problem.K.blocks());
+  return choice::policy.factor_per_body * static_cast<double>(problem.graph.bodies()) +
+         choice::policy.factor_per_block * static_cast<double>(problem.K.blocks());
 }
 
 double analysed(const Problem& problem) {
-  return assembly(problem) + choice::factor_per_multiplication * ShiftedSystem(problem).factor_work();
+  return assembly(problem) + choice::policy.factor_per_multiplication * ShiftedSystem(problem).factor_work();
 }
 
 Costs costs_of(const Problem& problem) {
@@ -68,17 +68,17 @@ Costs costs_of(const Problem& problem) {
   if (std::holds_alternative<ContactSystem>(problem.A)) {
     const auto contacts = static_cast<double>(problem.K.contacts());
     const bool fused = ContactIterate::fits(problem);
-    c.fused = choice::product_setup +
-              (fused ? choice::product_per_contact : choice::plain_per_contact) * contacts +
-              choice::product_per_row * std::max(0.0, rows - 3 * contacts);
-    c.plain = choice::unfused * c.fused;
-    c.solve = choice::factor_solve * c.fused;
-    c.factor = {assembly(problem), problem.graph.bodies() > choice::few_bodies ? analysed : nullptr};
+    c.fused = choice::policy.product_setup +
+              (fused ? choice::policy.product_per_contact : choice::policy.plain_per_contact) * contacts +
+              choice::policy.product_per_row * std::max(0.0, rows - 3 * contacts);
+    c.plain = choice::policy.unfused * c.fused;
+    c.solve = choice::policy.factor_solve * c.fused;
+    c.factor = {assembly(problem), problem.graph.bodies() > choice::policy.few_bodies ? analysed : nullptr};
     return c;
   }
   double entries = rows * rows;
   if (const auto* A = std::get_if<SparseOperator>(&problem.A)) entries = static_cast<double>(A->data.size());
-  c.fused = c.plain = c.solve = entries + choice::product_per_row * rows;
+  c.fused = c.plain = c.solve = entries + choice::policy.product_per_row * rows;
   c.factor = {assembly(problem) + 3 * entries, analysed};
   return c;
 }
@@ -87,7 +87,8 @@ bool can_factor(const Problem& problem) {
   if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   if (has_trees(problem)) return false;
-  return system ? system->bodies.size() <= choice::most_bodies : problem.rows() <= choice::most_rows;
+  return system ? system->bodies.size() <= choice::policy.most_bodies
+                : problem.rows() <= choice::policy.most_rows;
 }
 
 using From = Contender::From;
@@ -99,22 +100,22 @@ Field linear_field(const Costs& c, bool factored) {
       {.start = start_cg,
        .why = "a linear system",
        .product = c.fused,
-       .products = choice::linear_products,
-       .first_turn = choice::first_turn},
+       .products = choice::policy.linear_products,
+       .first_turn = choice::policy.first_turn},
       // For contradictory rows: a method whose iterates diverge along the contradiction and so prove it.
       {.start = start_spg,
        .why = "looks for a contradiction",
        .product = c.fused,
-       .products = choice::contradiction_products,
-       .first_turn = choice::first_turn,
+       .products = choice::policy.contradiction_products,
+       .first_turn = choice::policy.first_turn,
        .from = From::start,
-       .limit = choice::contradiction_iterations}};
+       .limit = choice::policy.contradiction_iterations}};
   if (factored)
     field.push_back({.start = start_factored_cg,
                      .why = "one factorisation",
                      .product = c.plain,
-                     .products = choice::preconditioned_products,
-                     .factorizations = choice::preconditioned_factorizations});
+                     .products = choice::policy.preconditioned_products,
+                     .factorizations = choice::policy.preconditioned_factorizations});
   return field;
 }
 
@@ -122,21 +123,21 @@ Field linear_field(const Costs& c, bool factored) {
 // later than on small ones. A factorisation eliminates the joints if possible: iterations are then those of
 // contacts.
 void add_first_order(Field& field, const Problem& problem, const Costs& c, std::size_t held, double size) {
-  const bool accelerated = problem.K.contacts() >= choice::many_contacts;
-  const double behind = choice::unlikelier_products * size;
-  const double product = c.fused + choice::product_per_held_body * static_cast<double>(held);
+  const bool accelerated = problem.K.contacts() >= choice::policy.many_contacts;
+  const double behind = choice::policy.unlikelier_products * size;
+  const double product = c.fused + choice::policy.product_per_held_body * static_cast<double>(held);
   field.push_back({.start = start_spg,
                    .why = held ? "cheap iterations, joints eliminated" : "cheap iterations",
                    .product = product,
-                   .products = accelerated ? behind : choice::likelier_products,
-                   .first_turn = choice::first_turn,
+                   .products = accelerated ? behind : choice::policy.likelier_products,
+                   .first_turn = choice::policy.first_turn,
                    .constrained = held > 0});
   field.push_back(
       {.start = start_apgd,
        .why = held ? "cheap iterations, accelerated, joints eliminated" : "cheap iterations, accelerated",
        .product = product,
-       .products = accelerated ? choice::likelier_products : behind,
-       .first_turn = choice::first_turn,
+       .products = accelerated ? choice::policy.likelier_products : behind,
+       .first_turn = choice::policy.first_turn,
        .constrained = held > 0});
 }
 
@@ -144,27 +145,27 @@ void add_first_order(Field& field, const Problem& problem, const Costs& c, std::
 // unsymmetric, and with many contacts the path may leave the middle of the cones. Newton's method continues
 // where the path stops, and finds the faces that stop it.
 void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, double size) {
-  const double straight = choice::path_start + choice::path_per_digit * digits;
-  const double path = coulomb ? choice::path_unsymmetric * size * straight : straight;
+  const double straight = choice::policy.path_start + choice::policy.path_per_digit * digits;
+  const double path = coulomb ? choice::policy.path_unsymmetric * size * straight : straight;
   field.push_back({.start = start_central_path, .why = "factors in every iteration", .factorizations = path});
   field.push_back({.start = start_newton,
                    .why = "finds the faces that hold the path back",
                    .product = c.plain,
-                   .factorizations = choice::newton_factorizations,
+                   .factorizations = choice::policy.newton_factorizations,
                    .from = From::previous,
-                   .limit = choice::newton_iterations});
+                   .limit = choice::policy.newton_iterations});
   if (coulomb)
     field.push_back({.start = start_frozen_path,
                      .why = "finds the stresses for the friction directions so far",
                      .product = c.fused,
-                     .factorizations = choice::frozen_ratio * straight});
+                     .factorizations = choice::policy.frozen_ratio * straight});
 }
 
 // Contenders for problems with inequalities or friction.
 Field field_of(const Problem& problem, const Options& options, const Costs& c, std::size_t held) {
   constexpr double most_digits = 16;  // not tuned: those of double precision
   const double digits = std::clamp(-elementary::log10(options.tolerance), 1.0, most_digits);
-  const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::blocks_unit;
+  const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::policy.blocks_unit;
   const bool coulomb = law_of(problem, options) == Law::coulomb && problem.K.has_friction();
   Field field;
   add_first_order(field, problem, c, held, size);
@@ -184,11 +185,11 @@ const char* remark(const Problem& problem) {
 struct RaceWork {
   double alone, per_block;
 };
-constexpr RaceWork usual{choice::race_work, choice::race_work_per_block};
-constexpr RaceWork late{choice::late_race_work, choice::late_race_work_per_block};
+RaceWork usual() { return {choice::policy.race_work, choice::policy.race_work_per_block}; }
+RaceWork late() { return {choice::policy.late_race_work, choice::policy.late_race_work_per_block}; }
 
 Solution race_for(const Problem& problem, const Options& options, Budget& budget, RaceWork limit) {
-  if (has_trees(problem) && problem.rows() <= choice::most_rows)
+  if (has_trees(problem) && problem.rows() <= choice::policy.most_rows)
     return race_for(as_matrix(problem), options, budget, limit);
   const Costs costs = costs_of(problem);
   ConstrainedProblem rest;
@@ -216,7 +217,7 @@ Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
 // because many contacts use the device best. A method that stalls passes its best x to the other.
 Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
   Field field{in_order(start_spg, "on the device"), in_order(start_apgd, "accelerated, on the device")};
-  if (problem.K.contacts() >= choice::many_contacts) std::swap(field[0], field[1]);
+  if (problem.K.contacts() >= choice::policy.many_contacts) std::swap(field[0], field[1]);
   Solution s = race(problem, options, budget, field, {}, Budget::unlimited);
   s.device = device_of(problem, options);
   return s;
@@ -249,7 +250,7 @@ Solution solve_directly_or_race(const Problem& problem, const Options& options, 
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    return race_for(problem, options, budget, usual);
+    return race_for(problem, options, budget, usual());
   name_elimination(s);
   return s;
 }
@@ -268,7 +269,7 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
   }
   Solution second = solve_by_islands(
       problem, rest, budget,
-      [](const Problem& p, const Options& o, Budget& share) { return race_for(p, o, share, late); });
+      [](const Problem& p, const Options& o, Budget& share) { return race_for(p, o, share, late()); });
   name_elimination(s);
   s.status = second.status;
   join(s, std::move(second));
@@ -284,13 +285,13 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
 Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
   constexpr const char* faces = "finds the faces that hold the path back";
   Field field{in_order(start_central_path, "follows the central path"),
-              in_order(start_newton, faces, choice::newton_iterations)};
+              in_order(start_newton, faces, choice::policy.newton_iterations)};
   if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
     field.push_back(
         in_order(start_path_of_frozen_terms, "another path, the De Saxce term held in each step"));
-    field.push_back(in_order(start_newton, faces, choice::newton_iterations));
+    field.push_back(in_order(start_newton, faces, choice::policy.newton_iterations));
   }
-  field.push_back(in_order(start_spg, "takes the last digits", choice::last_iterations));
+  field.push_back(in_order(start_spg, "takes the last digits", choice::policy.last_iterations));
   return race(problem, options, budget, field, {}, Budget::unlimited);
 }
 
@@ -299,8 +300,8 @@ Solution automatic(const Problem& problem, const Options& options, Budget& budge
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
-  if (problem.K.all_bilateral() && problem.rows() > choice::large_linear_system) {
-    Solution s = race_for(problem, options, budget, usual);
+  if (problem.K.all_bilateral() && problem.rows() > choice::policy.large_linear_system) {
+    Solution s = race_for(problem, options, budget, usual());
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;

@@ -46,7 +46,7 @@ class FrozenPath : public VectorIterate {
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};
-    o.tolerance = std::max(0.5 * options.tolerance, choice::frozen_tolerance * map_ / scale);
+    o.tolerance = std::max(0.5 * options.tolerance, choice::policy.frozen_tolerance * map_ / scale);
     o.max_iterations = 0;
     o.history = false;
     o.callback = nullptr;
@@ -57,7 +57,7 @@ class FrozenPath : public VectorIterate {
     o.law = options.law;
     o.x0 = path.x;
     o.tolerance = options.tolerance;
-    o.max_iterations = choice::frozen_burst;
+    o.max_iterations = choice::policy.frozen_burst;
     Solution s = apgd(problem, o, monitor.budget());
     count(s);
     x = std::move(s.x);

@@ -27,11 +27,11 @@ std::size_t gather(std::size_t contacts, std::size_t islands, std::vector<Index>
   // The open group for small islands without and with joints, and its number of blocks; at first both are
   // full.
   Index count = 0, open[2] = {};
-  std::size_t filled[2] = {choice::small_island, choice::small_island};
+  std::size_t filled[2] = {choice::policy.small_island, choice::policy.small_island};
   for (std::size_t i = 0; i < islands; ++i) {
     const int kind = jointed[i];
-    const bool large = size[i] >= choice::small_island;
-    if (!large && filled[kind] >= choice::small_island) {
+    const bool large = size[i] >= choice::policy.small_island;
+    if (!large && filled[kind] >= choice::policy.small_island) {
       open[kind] = count++;
       filled[kind] = 0;
     }

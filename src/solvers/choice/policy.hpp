@@ -6,118 +6,123 @@
 
 namespace amontons::choice {
 
-// Cost of a product fused with the passes of a first-order method.
+struct Policy {
+  // Cost of a product fused with the passes of a first-order method.
 
-// Time (ns): fixed part of any product.
-inline constexpr double product_setup = 160;
-// Time (ns per contact): of the vectorised passes.
-inline constexpr double product_per_contact = 9;
-// Time (ns per contact): of the plain loops, for problems that the vectorised passes do not support.
-inline constexpr double plain_per_contact = 44;
-// Time (ns per row): of rows that do not belong to contacts.
-inline constexpr double product_per_row = 5;
-// Time (products): of a separate product, which reads the contacts once more.
-inline constexpr double unfused = 2.5;
-// Time (products): mean of a solve with the factor and a separate product.
-inline constexpr double factor_solve = 12;
+  // Time (ns): fixed part of any product.
+  double product_setup = 160;
+  // Time (ns per contact): of the vectorised passes.
+  double product_per_contact = 9;
+  // Time (ns per contact): of the plain loops, for problems that the vectorised passes do not support.
+  double plain_per_contact = 44;
+  // Time (ns per row): of rows that do not belong to contacts.
+  double product_per_row = 5;
+  // Time (products): of a separate product, which reads the contacts once more.
+  double unfused = 2.5;
+  // Time (products): mean of a solve with the factor and a separate product.
+  double factor_solve = 12;
 
-// Cost of a factorisation.
+  // Cost of a factorisation.
 
-// Time (ns per body): of the assembly of rows and columns.
-inline constexpr double factor_per_body = 90;
-// Time (ns per block): of scaling and assembling a block and of the method's work on its cone.
-inline constexpr double factor_per_block = 450;
-// Time (ns per multiplication): of the dense kernels.
-inline constexpr double factor_per_multiplication = 0.25;
-// Size (bodies): for fewer bodies the fill is small, and their number gives the cost without an analysis.
-inline constexpr std::size_t few_bodies = 64;
-// Size (rows): a larger matrix is not factored; a dense one takes 200 MB.
-inline constexpr std::size_t most_rows = 5000;
-// Size (bodies): with more bodies nothing is factored; the analysis takes seconds.
-inline constexpr std::size_t most_bodies = 50000;
+  // Time (ns per body): of the assembly of rows and columns.
+  double factor_per_body = 90;
+  // Time (ns per block): of scaling and assembling a block and of the method's work on its cone.
+  double factor_per_block = 450;
+  // Time (ns per multiplication): of the dense kernels.
+  double factor_per_multiplication = 0.25;
+  // Size (bodies): for fewer bodies the fill is small, and their number gives the cost without an analysis.
+  std::size_t few_bodies = 64;
+  // Size (rows): a larger matrix is not factored; a dense one takes 200 MB.
+  std::size_t most_rows = 5000;
+  // Size (bodies): with more bodies nothing is factored; the analysis takes seconds.
+  std::size_t most_bodies = 50000;
 
-// Expectations: linear systems.
+  // Expectations: linear systems.
 
-// Size (rows): for more, conjugate gradients precede elimination, which takes 12 ms for 3500 rows (B1).
-inline constexpr std::size_t large_linear_system = 3000;
+  // Size (rows): for more, conjugate gradients precede elimination, which takes 12 ms for 3500 rows (B1).
+  std::size_t large_linear_system = 3000;
 
-// Products (count): of conjugate gradients to reach the tolerance.
-inline constexpr double linear_products = 8;
-// Products (count): of conjugate gradients with one factorisation as preconditioner.
-inline constexpr double preconditioned_products = 6;
-// Factorisations (count): of preconditioned conjugate gradients; the analysis costs more than one.
-inline constexpr double preconditioned_factorizations = 2.5;
-// Products (count): before contradictory rows are suspected; solvable ones need fewer.
-inline constexpr double contradiction_products = 5000;
-// Iterations (count): in which p-spg-fb diverges along a contradiction and so proves it.
-inline constexpr std::size_t contradiction_iterations = 200;
+  // Products (count): of conjugate gradients to reach the tolerance.
+  double linear_products = 8;
+  // Products (count): of conjugate gradients with one factorisation as preconditioner.
+  double preconditioned_products = 6;
+  // Factorisations (count): of preconditioned conjugate gradients; the analysis costs more than one.
+  double preconditioned_factorizations = 2.5;
+  // Products (count): before contradictory rows are suspected; solvable ones need fewer.
+  double contradiction_products = 5000;
+  // Iterations (count): in which p-spg-fb diverges along a contradiction and so proves it.
+  std::size_t contradiction_iterations = 200;
 
-// Expectations: friction and inequalities.
+  // Expectations: friction and inequalities.
 
-// Products (count): of the more likely first-order method.
-inline constexpr double likelier_products = 30;
-// Products (count): of the less likely one.
-inline constexpr double unlikelier_products = 100;
-// Size (contacts): from here on apgd is the more likely one. With hundreds of contacts it is five times
-// faster in the mean; p-spg-fb is faster with few contacts, and on joints.
-inline constexpr std::size_t many_contacts = 30;
-// Iterations (count): of the first turn, enough to show a rate.
-inline constexpr std::size_t first_turn = 16;
-// Time (ns per body and product): of bodies with eliminated joints.
-inline constexpr double product_per_held_body = 300;
-// Factorisations (count): of the interior point before its first digit.
-inline constexpr double path_start = 4;
-// Factorisations (count per digit): of the interior point.
-inline constexpr double path_per_digit = 1.1;
-// Factorisations (ratio): cost under coulomb, where the matrix is unsymmetric.
-inline constexpr double path_unsymmetric = 1.7;
-// Factorisations (ratio): of all paths with the De Saxce term held, relative to one under the associated law.
-inline constexpr double frozen_ratio = 4;
-// Size (blocks): number that doubles the expectation of methods that must find all faces at once.
-inline constexpr double blocks_unit = 600;
-// Factorisations (count): of Newton's method from the end of a path.
-inline constexpr double newton_factorizations = 4;
-// Iterations (count): limit within which Newton's method finds the faces or fails.
-inline constexpr std::size_t newton_iterations = 20;
+  // Products (count): of the more likely first-order method.
+  double likelier_products = 30;
+  // Products (count): of the less likely one.
+  double unlikelier_products = 100;
+  // Size (contacts): from here on apgd is the more likely one. With hundreds of contacts it is five times
+  // faster in the mean; p-spg-fb is faster with few contacts, and on joints.
+  std::size_t many_contacts = 30;
+  // Iterations (count): of the first turn, enough to show a rate.
+  std::size_t first_turn = 16;
+  // Time (ns per body and product): of bodies with eliminated joints.
+  double product_per_held_body = 300;
+  // Factorisations (count): of the interior point before its first digit.
+  double path_start = 4;
+  // Factorisations (count per digit): of the interior point.
+  double path_per_digit = 1.1;
+  // Factorisations (ratio): cost under coulomb, where the matrix is unsymmetric.
+  double path_unsymmetric = 1.7;
+  // Factorisations (ratio): of all paths with the De Saxce term held, relative to one under the associated
+  // law.
+  double frozen_ratio = 4;
+  // Size (blocks): number that doubles the expectation of methods that must find all faces at once.
+  double blocks_unit = 600;
+  // Factorisations (count): of Newton's method from the end of a path.
+  double newton_factorizations = 4;
+  // Iterations (count): limit within which Newton's method finds the faces or fails.
+  std::size_t newton_iterations = 20;
 
-// Iterations (count): limit of p-spg-fb for the last digits of "interior-point".
-inline constexpr std::size_t last_iterations = 20000;
+  // Iterations (count): limit of p-spg-fb for the last digits of "interior-point".
+  std::size_t last_iterations = 20000;
 
-// The race.
+  // The race.
 
-// Work (relative): growth of a method's total work by one turn. It bounds the cost of the race to a multiple
-// of the winner's.
-inline constexpr double turn = 0.25;
-// Progress (log of the residual): assumed at least for half of a method's work, 3 % per doubling. A
-// stagnating method gets turns that grow with those of the others.
-inline constexpr double least_progress = 0.03;
-// Cost (relative to the expectation): least assumed remaining cost of a factoring method, as it gains most at
-// the end.
-inline constexpr double least_left = 0.1;
-// Work (relative to all work of the method): shortest window over which its rate is measured.
-inline constexpr double least_window = 0.3;
-// Work (ns): limit of a race of few blocks if the caller sets none.
-inline constexpr double race_work = 1.6e9;
-// Work (ns per block): addition to this limit; a problem still unsolved then converges too slowly.
-inline constexpr double race_work_per_block = 6e5;
-// Work (ns): limit after the direct way has failed. Most such problems have no solution, and p-spg-fb does
-// not prove this within 2 ms (test_status).
-inline constexpr double late_race_work = 8e6;
-// Work (ns per block): addition to this limit.
-inline constexpr double late_race_work_per_block = 5e4;
+  // Work (relative): growth of a method's total work by one turn. It bounds the cost of the race to a
+  // multiple of the winner's.
+  double turn = 0.25;
+  // Progress (log of the residual): assumed at least for half of a method's work, 3 % per doubling. A
+  // stagnating method gets turns that grow with those of the others.
+  double least_progress = 0.03;
+  // Cost (relative to the expectation): least assumed remaining cost of a factoring method, as it gains most
+  // at the end.
+  double least_left = 0.1;
+  // Work (relative to all work of the method): shortest window over which its rate is measured.
+  double least_window = 0.3;
+  // Work (ns): limit of a race of few blocks if the caller sets none.
+  double race_work = 1.6e9;
+  // Work (ns per block): addition to this limit; a problem still unsolved then converges too slowly.
+  double race_work_per_block = 6e5;
+  // Work (ns): limit after the direct way has failed. Most such problems have no solution, and p-spg-fb does
+  // not prove this within 2 ms (test_status).
+  double late_race_work = 8e6;
+  // Work (ns per block): addition to this limit.
+  double late_race_work_per_block = 5e4;
 
-// Islands.
+  // Islands.
 
-// Size (blocks): smaller islands are solved together, because the set-up of a solve takes microseconds, as
-// long as some iterations on so few blocks.
-inline constexpr std::size_t small_island = 64;
+  // Size (blocks): smaller islands are solved together, because the set-up of a solve takes microseconds, as
+  // long as some iterations on so few blocks.
+  std::size_t small_island = 64;
 
-// Rounds of a path with the De Saxce term held.
+  // Rounds of a path with the De Saxce term held.
 
-// Residual (relative to that of the start): target of the path. Its solution solves the true problem up to
-// the change of the term, which is of the order of that residual; further digits would be wrong.
-inline constexpr double frozen_tolerance = 0.02;
-// Iterations (count): of apgd after a path, to renew the term.
-inline constexpr std::size_t frozen_burst = 300;
+  // Residual (relative to that of the start): target of the path. Its solution solves the true problem up to
+  // the change of the term, which is of the order of that residual; further digits would be wrong.
+  double frozen_tolerance = 0.02;
+  // Iterations (count): of apgd after a path, to renew the term.
+  std::size_t frozen_burst = 300;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
 
 }  // namespace amontons::choice

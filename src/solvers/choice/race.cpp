@@ -70,14 +70,15 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
   // Factoring methods gain most at the end, so they are given the whole expected work. Other methods show
   // their rate at once.
   const double before = of->factorizations > 0 ? prior(factor) : 0;
-  if (now.spent < before) return std::max(before - now.spent, choice::least_left * before);
+  if (now.spent < before) return std::max(before - now.spent, choice::policy.least_left * before);
   const Mark* half = &marks.front();
   for (const Mark& mark : marks)
     if (mark.spent <= 0.5 * now.spent) half = &mark;
-  const double progress = std::max(elementary::log(half->residual / now.residual), choice::least_progress);
+  const double progress =
+      std::max(elementary::log(half->residual / now.residual), choice::policy.least_progress);
   const double left =
       elementary::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
-  return std::max(now.spent - half->spent, choice::least_window * now.spent) * left / progress;
+  return std::max(now.spent - half->spent, choice::policy.least_window * now.spent) * left / progress;
 }
 
 class Race {
@@ -221,7 +222,8 @@ void Race::turn(Runner& r) {
     now_started_ = r.started_after;
     before = r.run->iterations();
     spent = r.spent(factor_);
-    iterations = std::max(iterations, static_cast<std::size_t>(choice::turn * static_cast<double>(before)));
+    iterations =
+        std::max(iterations, static_cast<std::size_t>(choice::policy.turn * static_cast<double>(before)));
   }
   const bool over = r.run->advance(std::min(iterations, iterations_left()));
   iterations_ += r.run->iterations() - before;

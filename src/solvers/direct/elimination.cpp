@@ -101,8 +101,7 @@ double Elimination::Memory::complete(Solution& s) {
   double bilateral = form_u(s);
   for (int k = 0;
        k < direct::policy.refinements &&
-       bilateral >
-           std::max(direct::policy.bilateral_rounding, direct::policy.aim * options->tolerance) * scale;
+       bilateral > std::max(direct::policy.rounding, direct::policy.aim * options->tolerance) * scale;
        ++k) {
     in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);

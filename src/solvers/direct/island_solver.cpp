@@ -149,7 +149,7 @@ void IslandSolver::find_faces(const Faces& how) {
     if (stale > 0)
       sigma = std::min(1.0, how.rise * sigma);
     else if (result_.map > direct::policy.slow_step * before)
-      sigma = std::max(direct::policy.smallest_proximal, sigma / direct::policy.proximal_rise);
+      sigma = std::max(direct::policy.rounding, sigma / direct::policy.proximal_rise);
   }
 }
 

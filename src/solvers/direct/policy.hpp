@@ -22,9 +22,10 @@ struct Policy {
 
   // Accuracy.
 
-  // Compliance (relative to the diagonal of A): least of a bilateral row in K. Redundant rows then have a
-  // pivot far above the rounding of the terms that cancel there.
-  double least_compliance = 1e-13;
+  // Rounding (relative): the natural map that bilateral rows may leave, the smallest proximal term, and the
+  // least compliance of a bilateral row in K. Redundant rows then have a pivot far above the terms that
+  // cancel there.
+  double rounding = 1e-13;
   // Natural map (tolerances): where islands stop. Newton steps cost microseconds, and a scene at rest starts
   // its next step with the answer (test_rest).
   double aim = 1e-5;
@@ -33,8 +34,6 @@ struct Policy {
   // Natural map (tolerances): target of a first-order method on the constrained bodies; the remainder is left
   // to the rounding of K.
   double constrained_share = 0.999;
-  // Natural map (relative to that of zero impulses): rounding that bilateral rows may leave.
-  double bilateral_rounding = 1e-13;
   // Refinements (count): of bilateral impulses. The least compliance of K slows their convergence if links
   // have 1e-8 of the mass that they carry (test_light_bodies).
   int refinements = 6;
@@ -65,8 +64,6 @@ struct Policy {
   double proximal_rise = 10;
   // Natural map (factor per step): a step that gains less is slow, as the proximal term holds it back.
   double slow_step = 0.1;
-  // Proximal term (relative to the diagonal of W): rounding of W.
-  double smallest_proximal = 1e-13;
 
   // Work.
 

@@ -308,7 +308,7 @@ void TreeReduction::factor_held(Held& held, std::size_t width) {
   const std::size_t f = held.row.size(), m = f + width;
   pivot_.resize(f);
   for (std::size_t k = 0; k < f; ++k)
-    pivot_[k] = direct::policy.least_compliance * held.factor[(held.stride + 1) * k];
+    pivot_[k] = direct::policy.rounding * held.factor[(held.stride + 1) * k];
   for (std::size_t k = 0; k < f; ++k) {
     double* own = &held.factor[held.stride * k];
     const double pivot = std::sqrt(std::max(own[k], pivot_[k]));

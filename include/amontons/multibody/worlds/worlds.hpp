@@ -48,9 +48,9 @@ Course run_worlds(const Tree& tree, Worlds worlds, const Schedule& schedule,
 
 // A change of one entry of a state, of q along qd, or of what acts on it now or in the step before.
 struct Change {
-  enum class Of { nothing, q, qd, activation, control, joint_force, held_control, held_joint_force };
-  Of of = Of::nothing;
-  std::size_t entry = 0;
+  enum class Entry { nothing, q, qd, activation, control, joint_force, held_control, held_joint_force };
+  Entry what = Entry::nothing;
+  std::size_t index = 0;
   double by = 0;
 };
 
