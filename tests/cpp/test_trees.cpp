@@ -10,6 +10,8 @@
 #include "multibody/trees/momenta.hpp"
 #include "multibody/trees/poses.hpp"
 #include "multibody/trees/rates.hpp"
+#include "problems.hpp"
+#include "solvers/direct/tree_reduction.hpp"
 
 using namespace joint_scene;
 
@@ -224,6 +226,45 @@ TEST(products_by_halves_are_those_over_bodies) {
   A.compliance.push_back(0);
   A.renew();
   CHECK(!A.half.whole);
+}
+
+// W of islands whose rows reach some of the coordinates of their bodies. Breaks when a coordinate that no row
+// reaches is taken for one: its range of rows is empty, and the sanitizer sees a write before the matrix.
+TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
+  OddTrees t;
+  JointContexts joints;
+  place_joints(*t.model, t.frames, t.state, joints, t.forest.has_joint);
+  place_tree_joints(*t.model, t.forest, t.state, t.frames, t.step, joints);
+  std::vector<JacobianRow> rows;
+  for (const JointContext& joint : joints)
+    for (std::size_t i = 0; i < joint.joint->dofs.size(); ++i) rows.push_back(dof_row(joint, i));
+  for (unsigned some = 1; some < 1u << rows.size(); ++some) {
+    ContactSystem A;
+    A.bodies.inverse_mass = {1, 1, 1, 1, 1, 0};
+    A.bodies.inverse_inertia.assign(6, {1, 1, 1});
+    A.bodies.inverse_inertia[5] = {};
+    A.bodies.centre.resize(6);
+    A.constrained = t.step.constrained;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      if (some >> i & 1) A.jacobian.push_back(rows[i]);
+    const std::size_t m = A.jacobian.size();
+    A.compliance.assign(m, 0.1);
+    A.renew();
+    SetProduct K;
+    K.add_count<NonNegative>(m);
+    const Problem problem = make_problem(std::move(A), std::vector<double>(m, -1.0), std::move(K));
+    const std::vector<double> dense = small::dense_matrix(problem.A);
+    TreeReduction reduction;
+    CHECK(reduction.analyse(problem, 100));
+    reduction.factor(problem);
+    for (std::size_t k = 0; k < reduction.islands(); ++k) {
+      Reduction::Island& island = reduction.island(k);
+      if (!island.thin.empty()) island.thin.fill(island.W);
+      for (std::size_t i = 0; i < island.rows(); ++i)
+        for (std::size_t j = 0; j < island.rows(); ++j)
+          CHECK_NEAR(island.W[island.rows() * i + j], dense[m * island.row[i] + island.row[j]], 1e-12);
+    }
+  }
 }
 
 // Displacements are products of turns and slides about the axes at the start, and the poses after them follow

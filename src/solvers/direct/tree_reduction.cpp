@@ -155,26 +155,24 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
   for (const std::size_t k : used_) compact_[k] = -1;
 }
 
-// The coordinates that rows of the island reach, ascending, and their places among them. Where a coordinate
-// is known, all on its way to the root are.
+// The coordinates that rows of the island reach, ascending, and their places among them. Those of its bodies
+// would be too many: a row along a coordinate reaches none of the others that a joint or a chain puts beyond.
 void TreeReduction::find_used(const Problem& problem, std::size_t first, std::size_t last) {
+  const auto& A = std::get<ContactSystem>(problem.A);
   used_.clear();
   const auto use = [&](std::size_t k) {
-    if (compact_[k] >= 0) return false;
+    if (compact_[k] >= 0) return;
     compact_[k] = 0;
     used_.push_back(k);
-    return true;
   };
   for (std::size_t i = first; i < last; ++i) {
-    const ContactGraph::Link& link = problem.graph.links[blocks_[i].block];
-    for (const Index body : {link.a, link.b}) {
-      if (body < 0) continue;
-      if (const Index place = trees_->place_of(body); place >= 0)
-        for (Index k = trees_->last[place]; k >= 0 && use(static_cast<std::size_t>(k));)
-          k = trees_->parent[k];
-      else if (free_number_[body] >= 0)
+    const Block& b = blocks_[i];
+    for (std::size_t entry = A.half.first[b.row]; entry < A.half.first[b.row + b.dim]; ++entry)
+      use(static_cast<std::size_t>(A.half.coordinate[entry]));
+    const ContactGraph::Link& link = problem.graph.links[b.block];
+    for (const Index body : {link.a, link.b})
+      if (body >= 0 && free_number_[body] >= 0)
         for (std::size_t k = 0; k < 6; ++k) use(first_of_free(body) + k);
-    }
   }
   std::sort(used_.begin(), used_.end());
   for (std::size_t i = 0; i < used_.size(); ++i) compact_[used_[i]] = static_cast<Index>(i);
