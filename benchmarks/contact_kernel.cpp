@@ -12,8 +12,9 @@
 //            counted in ARCHITECTURE.md; a second copy of a body is not counted
 //   triad    a = b + s c, two loads and one store of eight bytes per element as STREAM counts them: median of
 //            passes right before and right after the runs, with as many threads, on arrays of 768 MiB each,
-//            so that no cache holds a useful part
-// Small problems stay in the cache of a core; the comparison with the triad is meant for the largest.
+//            so that no cache holds a useful part; ratio: GB/s over it, meant for the largest problem
+//   near     the triad on arrays that have the bytes of the problem together, so that it runs in the cache
+//            that holds the problem; near_ratio: GB/s over it
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -145,13 +146,15 @@ Timing time_iteration(const Problem& scene, Law law, unsigned threads, bool quic
 
 class Triad {
  public:
+  // bytes: of an array.
   Triad(unsigned threads, std::size_t bytes) : pool_(threads), n_(bytes / sizeof(double)) {
     constexpr std::size_t huge_page = std::size_t{1} << 21;
+    const std::size_t pages = (bytes + huge_page - 1) / huge_page * huge_page;
     for (double*& p : arrays_) {
-      p = static_cast<double*>(std::aligned_alloc(huge_page, bytes));
+      p = static_cast<double*>(std::aligned_alloc(huge_page, pages));
       if (!p) std::abort();
 #if defined(__linux__)
-      madvise(p, bytes, MADV_HUGEPAGE);
+      madvise(p, pages, MADV_HUGEPAGE);
 #endif
     }
     each_piece([this](std::size_t first, std::size_t last) {
@@ -163,9 +166,10 @@ class Triad {
     for (double* p : arrays_) std::free(p);
   }
 
-  // Appends bytes per second of a few passes.
+  // Appends bytes per second of some passes: a few over large arrays, and more over small ones.
   void sample(std::vector<double>& rates) {
-    for (int pass = 0; pass < 4; ++pass) {
+    const std::size_t passes = std::max(std::size_t{4}, (std::size_t{1} << 25) / n_);
+    for (std::size_t pass = 0; pass < passes; ++pass) {
       const auto begin = Clock::now();
       each_piece([this](std::size_t first, std::size_t last) {
         double* __restrict a = arrays_[0];
@@ -215,32 +219,39 @@ int main(int argc, char** argv) {
     return 1;
   }
   if (csv)
-    std::fprintf(csv, "contacts,law,threads,isa,ns_per_contact,best_ns,gb_per_s,triad_gb_per_s,ratio\n");
-  std::printf("%9s %-10s %7s %-8s %8s %8s %8s %8s %6s\n", "contacts", "law", "threads", "isa", "ns", "best",
-              "GB/s", "triad", "ratio");
+    std::fprintf(csv,
+                 "contacts,law,threads,isa,ns_per_contact,best_ns,gb_per_s,triad_gb_per_s,ratio,"
+                 "near_gb_per_s,near_ratio\n");
+  std::printf("%9s %-10s %7s %-8s %8s %8s %8s %8s %6s %8s %6s\n", "contacts", "law", "threads", "isa", "ns",
+              "best", "GB/s", "triad", "ratio", "near", "ratio");
   std::vector<std::size_t> sizes{1000, 10000, 100000, 1000000};
   if (quick) sizes.resize(2);
   for (unsigned threads = 1; threads <= max_threads; threads *= 2) {
     Triad triad(threads, std::size_t{quick ? 64u : 768u} << 20);
     for (std::size_t size : sizes) {
       const Problem scene = sphere_packing(size);
+      const auto contacts = static_cast<double>(system_of(scene).contacts.size());
+      const auto bodies = static_cast<double>(system_of(scene).bodies.size());
       for (Law law : {Law::associated, Law::coulomb}) {
-        std::vector<double> rates;
+        const double bytes = (law == Law::coulomb ? 424 : 400) * contacts + 384 * bodies;
+        Triad nearby(threads, static_cast<std::size_t>(bytes / 3));
+        std::vector<double> rates, near_rates;
         triad.sample(rates);
+        nearby.sample(near_rates);
         const Timing t = time_iteration(scene, law, threads, quick);
         triad.sample(rates);
-        const auto contacts = static_cast<double>(system_of(scene).contacts.size());
-        const auto bodies = static_cast<double>(system_of(scene).bodies.size());
-        const double bytes = (law == Law::coulomb ? 424 : 400) * contacts + 384 * bodies;
-        const double rate = bytes / t.median, stream = median(rates);
+        nearby.sample(near_rates);
+        const double rate = bytes / t.median, stream = median(rates), near = median(near_rates);
         const double ns = 1e9 * t.median / contacts, best = 1e9 * t.best / contacts;
         const char* name = law == Law::coulomb ? "coulomb" : "associated";
-        std::printf("%9zu %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f\n", system_of(scene).contacts.size(),
-                    name, threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
+        std::printf("%9.0f %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f %8.2f %6.3f\n", contacts, name,
+                    threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream, near / 1e9,
+                    rate / near);
         std::fflush(stdout);
         if (csv)
-          std::fprintf(csv, "%zu,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f\n", system_of(scene).contacts.size(), name,
-                       threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream);
+          std::fprintf(csv, "%.0f,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f,%.3f,%.4f\n", contacts, name, threads,
+                       isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream, near / 1e9,
+                       rate / near);
       }
     }
   }

@@ -174,13 +174,15 @@ def kernel_table(r: Results) -> str:
 
 
 def instruction_sets_table(r: Results) -> str:
-    """ns per contact of an iteration on one core, and how many times faster than by the first set."""
+    """ns per contact of an iteration on one core, with the share of the triad in the same cache."""
     sets = list(dict.fromkeys(row["isa"] for row in r.sets))
-    times = {(row["contacts"], row["law"], row["isa"]): float(row["ns_per_contact"]) for row in r.sets}
-    rows = []
-    for contacts, law in dict.fromkeys((row["contacts"], row["law"]) for row in r.sets):
-        alone = [times[contacts, law, isa] for isa in sets]
-        rows.append((contacts, law, *(f"{t:.1f} ({alone[0] / t:.2f})" for t in alone)))
+    cells = {
+        (row["contacts"], row["law"], row["isa"]): f"{float(row['ns_per_contact']):.1f}"
+        + (f" ({100 * float(row['near_ratio']):.0f} %)" if row.get("near_ratio") else "")
+        for row in r.sets
+    }
+    problems = dict.fromkeys((row["contacts"], row["law"]) for row in r.sets)
+    rows = [(*problem, *(cells[*problem, isa] for isa in sets)) for problem in problems]
     return table(("contacts", "law", *sets), rows)
 
 

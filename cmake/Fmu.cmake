@@ -7,12 +7,16 @@ target_include_directories(amontons_fmu SYSTEM PRIVATE ${AMONTONS_JSON_INCLUDE_D
 amontons_settings(amontons_fmu)
 amontons_unite_in_batches(amontons_fmu 4)
 set_target_properties(amontons_fmu PROPERTIES PREFIX "" OUTPUT_NAME amontons_fmu CXX_VISIBILITY_PRESET hidden)
-# It goes to other machines: the C++ runtime is inside, where the compiler can do that, and no symbols are.
+# It goes to other machines: the C++ runtime is inside, where the compiler can do that, and its symbols are not
+# seen. Those of the runtime that comes with zig are hidden as they are; its linker knows no --exclude-libs.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_link_options(amontons_fmu PRIVATE -static-libstdc++ -static-libgcc)
 endif()
 if(NOT APPLE AND NOT WIN32)
-  target_link_options(amontons_fmu PRIVATE -Wl,--gc-sections -Wl,--exclude-libs,ALL)
+  target_link_options(amontons_fmu PRIVATE -Wl,--gc-sections)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_link_options(amontons_fmu PRIVATE -Wl,--exclude-libs,ALL)
+  endif()
 endif()
 if(NOT AMONTONS_SANITIZE)
   target_link_options(amontons_fmu PRIVATE -s)

@@ -140,10 +140,10 @@ struct RollingFriction {
       for (int i = 0; i < 5; ++i)
         for (int k = 0; k < 5; ++k) T[5 * i + k] = U_[k][i];
     }
-    void target(double mu, bool corrector, double* rho) {
+    void target(double t, bool corrector, double* rho) {
       std::fill(rho, rho + 5, 0.0);
       each([&](ConeBarrier<3>& cone, const int*) {
-        cone.aim(mu, corrector);
+        cone.aim(t, corrector);
         const double (*Q)[5] = rows_of(cone);
         for (int i = 0; i < 3; ++i)
           for (int k = 0; k < 5; ++k) rho[k] += Q[i][k] * cone.rho[i];
