@@ -35,7 +35,7 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 double tolerance_for_light_bodies(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
                                   double tolerance) {
-  const double least_miss = step::policy.speed_rounding * (fastest.moving + fastest.turning);
+  const double least_miss = step::policy.rounding * (fastest.moving + fastest.turning);
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
   double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -62,10 +62,10 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double weight = 1 / std::sqrt(p * steep);
     if (missed > std::max(step::policy.wrong * U, least_miss) &&
-        missed * weight > step::policy.least_tolerance * whole)
+        missed * weight > step::policy.rounding * whole)
       found = std::min(found, step::policy.right * U * weight);
   });
-  return std::max(found / whole, step::policy.least_tolerance);
+  return std::max(found / whole, step::policy.rounding);
 }
 
 }  // namespace amontons

@@ -10,16 +10,13 @@ constinit Policy policy;
 // Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
 [[maybe_unused]] static const bool named =
     name_policy("step", {{"share_of_lookahead", &policy.share_of_lookahead},
-                         {"share_after_impacts", &policy.share_after_impacts},
                          {"reserved_decay", &policy.reserved_decay},
-                         {"share_of_positions", &policy.share_of_positions},
                          {"least_searches", &policy.least_searches},
                          {"few_iterations", &policy.few_iterations},
                          {"least_work", &policy.least_work},
                          {"work_per_pair", &policy.work_per_pair},
                          {"large_step", &policy.large_step},
-                         {"share_of_solve", &policy.share_of_solve},
-                         {"near_rest", &policy.near_rest},
+                         {"share_of_part", &policy.share_of_part},
                          {"three_digits", &policy.three_digits},
                          {"direct_start", &policy.direct_start},
                          {"most_looks", &policy.most_looks},
@@ -51,7 +48,6 @@ constinit Policy policy;
                          {"wrong", &policy.wrong},
                          {"right", &policy.right},
                          {"slow", &policy.slow},
-                         {"least_tolerance", &policy.least_tolerance},
-                         {"speed_rounding", &policy.speed_rounding}});
+                         {"rounding", &policy.rounding}});
 
 }  // namespace amontons::step

@@ -11,12 +11,9 @@ struct Policy {
   // Time left (relative): reserved during the first solve for the look ahead and the second solve
   // (benchmarks/deadlines.py).
   double share_of_lookahead = 0.3;
-  // Time left (relative): reserved during impacts for the solve of the step (benchmarks/deadlines.py).
-  double share_after_impacts = 0.5;
   // Reserved time (factor per step): decay of the time reserved for work after the solve.
+  // Off: 0.
   double reserved_decay = 0.8;
-  // Time left (relative): limit for the position solves of a step.
-  double share_of_positions = 0.4;
   // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
   // method takes about as long as a search (benchmarks/deadlines.py).
   double least_searches = 6;
@@ -29,13 +26,12 @@ struct Policy {
   double work_per_pair = 100;
   // Size (blocks): beyond it the iterations of first-order methods no longer increase.
   double large_step = 400;
-  // Work left (relative): limit of one solve, so that later solves and the safe step have some.
-  double share_of_solve = 0.5;
+  // Time or work left (relative): limit of impacts, of position solves and of one solve, so that later ones
+  // and the safe step have some (benchmarks/deadlines.py).
+  double share_of_part = 0.5;
 
   // Solve.
 
-  // Residual (tolerances): a start below it belongs to a scene near rest.
-  double near_rest = 100;
   // Residual (relative to that of zero impulses): the same for a loose tolerance. Velocities at the end of a
   // step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
   // none.
@@ -68,8 +64,10 @@ struct Policy {
   // Off: 0.
   double steps_of_slack = 40;
   // Slack of gaps (relative to Model::length): limit with a loose tolerance.
+  // Off: 1e30.
   double most_slack = 1e-5;
   // Size (rows): smaller problems are solved to rounding and need no slack.
+  // Off: 0.
   std::size_t few_rows = 1000;
 
   // Positions.
@@ -86,11 +84,13 @@ struct Policy {
   // Off: 1e30.
   double largest_turn = 0.03;
   // Size (rows): for larger systems a first-order method is stopped early.
+  // Off: 1e9.
   std::size_t few_position_rows = 300;
   // Iterations (count): limit of that method.
   std::size_t most_position_iterations = 100;
   // Residual (relative to that of no correction): a correction that ran out of time above it is left to the
   // next step.
+  // Off: 1e30.
   double most_left = 0.1;
   // Work of a unit wrench (relative): below it no degree of freedom moves a body along a normal.
   double no_motion = 1e-9;
@@ -129,6 +129,7 @@ struct Policy {
   double remembered_sag = 0.9;
   // Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
   // (test_turns).
+  // Off: 1e30.
   double fastest_turn = 100;
 
   // Light bodies.
@@ -140,11 +141,10 @@ struct Policy {
   // Velocity error (relative to the velocity of a block): target for a wrong block.
   double right = 0.005;
   // Speed (relative to the fastest body): taken as the velocity of a light body that is slower.
+  // Off: 1.
   double slow = 1e-3;
-  // Natural map (relative to that of zero impulses): rounding.
-  double least_tolerance = 1e-14;
-  // Velocity error (relative to the fastest body): rounding.
-  double speed_rounding = 1e-13;
+  // Rounding (relative): of a natural map to that of zero impulses, of a velocity error to the fastest body.
+  double rounding = 1e-13;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;

@@ -154,8 +154,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<
   if (x0.empty()) return solve_with(solver, problem, options, budget, std::move(memory));
   options.x0 = x0;
   const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
-  if (!(start <=
-        std::min(step::policy.near_rest * tolerance, std::max(step::policy.three_digits, tolerance))))
+  if (!(start <= std::max(step::policy.three_digits, tolerance)))
     return solve_with(solver, problem, options, budget, std::move(memory));
   if (start <= step::policy.direct_start * tolerance) return accepted(problem, std::move(memory), start);
   if (solver.is_auto() && solve_directly(problem, options, budget, solver.elimination, memory)) {
@@ -198,7 +197,7 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
     return s;
   }
   // Later solves and the safe step keep some of the work.
-  Budget share(*solver.budget, infinity, step::policy.share_of_solve * solver.budget->work_left());
+  Budget share(*solver.budget, infinity, step::policy.share_of_part * solver.budget->work_left());
   Solution s = solve_from(solver, problem, x0, share, std::move(memory));
   solver.sums.add_cost(s);
   return solve_for_light_bodies(solver, problem, share, std::move(s));

@@ -64,7 +64,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
-  Budget before_impacts(budget, (1 - step::policy.share_after_impacts) * budget.left());
+  Budget before_impacts(budget, step::policy.share_of_part * budget.left());
   const StepSolver at_impact{.simulation = options_,
                              .clock = clock,
                              .budget = &before_impacts,

@@ -68,12 +68,11 @@ Costs costs_of(const Problem& problem) {
   if (std::holds_alternative<ContactSystem>(problem.A)) {
     const auto contacts = static_cast<double>(problem.K.contacts());
     const bool fused = ContactIterate::fits(problem);
-    c.fused = choice::policy.product_setup +
-              (fused ? choice::policy.product_per_contact : choice::policy.plain_per_contact) * contacts +
+    c.fused = (fused ? choice::policy.product_per_contact : choice::policy.plain_per_contact) * contacts +
               choice::policy.product_per_row * std::max(0.0, rows - 3 * contacts);
     c.plain = choice::policy.unfused * c.fused;
     c.solve = choice::policy.factor_solve * c.fused;
-    c.factor = {assembly(problem), problem.graph.bodies() > choice::policy.few_bodies ? analysed : nullptr};
+    c.factor = {assembly(problem), problem.graph.bodies() > choice::policy.small_island ? analysed : nullptr};
     return c;
   }
   double entries = rows * rows;
@@ -114,7 +113,7 @@ Field linear_field(const Costs& c, bool factored) {
     field.push_back({.start = start_factored_cg,
                      .why = "one factorisation",
                      .product = c.plain,
-                     .products = choice::policy.preconditioned_products,
+                     .products = choice::policy.linear_products,
                      .factorizations = choice::policy.preconditioned_factorizations});
   return field;
 }
@@ -151,7 +150,7 @@ void add_factoring(Field& field, const Costs& c, bool coulomb, double digits, do
   field.push_back({.start = start_newton,
                    .why = "finds the faces that hold the path back",
                    .product = c.plain,
-                   .factorizations = choice::policy.newton_factorizations,
+                   .factorizations = choice::policy.path_start,
                    .from = From::previous,
                    .limit = choice::policy.newton_iterations});
   if (coulomb)

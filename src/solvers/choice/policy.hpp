@@ -9,8 +9,6 @@ namespace amontons::choice {
 struct Policy {
   // Cost of a product fused with the passes of a first-order method.
 
-  // Time (ns): fixed part of any product.
-  double product_setup = 160;
   // Time (ns per contact): of the vectorised passes.
   double product_per_contact = 9;
   // Time (ns per contact): of the plain loops, for problems that the vectorised passes do not support.
@@ -18,6 +16,7 @@ struct Policy {
   // Time (ns per row): of rows that do not belong to contacts.
   double product_per_row = 5;
   // Time (products): of a separate product, which reads the contacts once more.
+  // Off: 1.
   double unfused = 2.5;
   // Time (products): mean of a solve with the factor and a separate product.
   double factor_solve = 12;
@@ -30,8 +29,6 @@ struct Policy {
   double factor_per_block = 450;
   // Time (ns per multiplication): of the dense kernels.
   double factor_per_multiplication = 0.25;
-  // Size (bodies): for fewer bodies the fill is small, and their number gives the cost without an analysis.
-  std::size_t few_bodies = 64;
   // Size (rows): a larger matrix is not factored; a dense one takes 200 MB.
   std::size_t most_rows = 5000;
   // Size (bodies): with more bodies nothing is factored; the analysis takes seconds.
@@ -42,10 +39,8 @@ struct Policy {
   // Size (rows): for more, conjugate gradients precede elimination, which takes 12 ms for 3500 rows (B1).
   std::size_t large_linear_system = 3000;
 
-  // Products (count): of conjugate gradients to reach the tolerance.
+  // Products (count): of conjugate gradients to reach the tolerance, with a factorisation or without.
   double linear_products = 8;
-  // Products (count): of conjugate gradients with one factorisation as preconditioner.
-  double preconditioned_products = 6;
   // Factorisations (count): of preconditioned conjugate gradients; the analysis costs more than one.
   double preconditioned_factorizations = 2.5;
   // Products (count): before contradictory rows are suspected; solvable ones need fewer.
@@ -65,8 +60,10 @@ struct Policy {
   // Iterations (count): of the first turn, enough to show a rate.
   std::size_t first_turn = 16;
   // Time (ns per body and product): of bodies with eliminated joints.
+  // Off: 0.
   double product_per_held_body = 300;
-  // Factorisations (count): of the interior point before its first digit.
+  // Factorisations (count): of the interior point before its first digit, and of Newton's method from the end
+  // of its path.
   double path_start = 4;
   // Factorisations (count per digit): of the interior point.
   double path_per_digit = 1.1;
@@ -77,8 +74,6 @@ struct Policy {
   double frozen_ratio = 4;
   // Size (blocks): number that doubles the expectation of methods that must find all faces at once.
   double blocks_unit = 600;
-  // Factorisations (count): of Newton's method from the end of a path.
-  double newton_factorizations = 4;
   // Iterations (count): limit within which Newton's method finds the faces or fails.
   std::size_t newton_iterations = 20;
 
@@ -93,11 +88,6 @@ struct Policy {
   // Progress (log of the residual): assumed at least for half of a method's work, 3 % per doubling. A
   // stagnating method gets turns that grow with those of the others.
   double least_progress = 0.03;
-  // Cost (relative to the expectation): least assumed remaining cost of a factoring method, as it gains most
-  // at the end.
-  double least_left = 0.1;
-  // Work (relative to all work of the method): shortest window over which its rate is measured.
-  double least_window = 0.3;
   // Work (ns): limit of a race of few blocks if the caller sets none.
   double race_work = 1.6e9;
   // Work (ns per block): addition to this limit; a problem still unsolved then converges too slowly.
@@ -110,8 +100,9 @@ struct Policy {
 
   // Islands.
 
-  // Size (blocks): smaller islands are solved together, because the set-up of a solve takes microseconds, as
-  // long as some iterations on so few blocks.
+  // Size (blocks or bodies): smaller islands are solved together, because the set-up of a solve takes
+  // microseconds, as long as some iterations on so few blocks. The fill of so few bodies is small: their
+  // number gives the cost of a factorisation without an analysis.
   std::size_t small_island = 64;
 
   // Rounds of a path with the De Saxce term held.
@@ -120,6 +111,7 @@ struct Policy {
   // the change of the term, which is of the order of that residual; further digits would be wrong.
   double frozen_tolerance = 0.02;
   // Iterations (count): of apgd after a path, to renew the term.
+  // Off: 0.
   std::size_t frozen_burst = 300;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.

@@ -70,7 +70,7 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
   // Factoring methods gain most at the end, so they are given the whole expected work. Other methods show
   // their rate at once.
   const double before = of->factorizations > 0 ? prior(factor) : 0;
-  if (now.spent < before) return std::max(before - now.spent, choice::policy.least_left * before);
+  if (now.spent < before) return before - now.spent;
   const Mark* half = &marks.front();
   for (const Mark& mark : marks)
     if (mark.spent <= 0.5 * now.spent) half = &mark;
@@ -78,7 +78,7 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
       std::max(elementary::log(half->residual / now.residual), choice::policy.least_progress);
   const double left =
       elementary::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
-  return std::max(now.spent - half->spent, choice::policy.least_window * now.spent) * left / progress;
+  return (now.spent - half->spent) * left / progress;
 }
 
 class Race {

@@ -23,7 +23,7 @@ class ConstrainedRun final : public Run {
   ConstrainedRun(ConstrainedProblem& problem, Starter starter, const Options& options, Budget& budget)
       : problem_(problem), options_(options) {
     Options inner = options;
-    inner.tolerance = direct::policy.constrained_share * options.tolerance / problem.ratio();
+    inner.tolerance = direct::policy.reduced_share * options.tolerance / problem.ratio();
     // The start drops impulses of bilateral rows: they follow from the others.
     if (!options.x0.empty()) problem.restrict_to_rest(options.x0, x0_);
     inner.x0 = x0_;

@@ -137,7 +137,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   m.problem = &problem;
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
-  m.whole = direct::policy.island_share * options.tolerance * m.scale;
+  m.whole = direct::policy.reduced_share * options.tolerance * m.scale;
   m.small.begin(budget);
   // Reused, not replaced: its arrays keep their memory.
   s.phases.clear();

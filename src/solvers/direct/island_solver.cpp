@@ -13,17 +13,6 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
-IslandSolver::Faces IslandSolver::at_once() {
-  const direct::Policy& p = direct::policy;
-  return {p.steps_at_once, p.stale_at_once, p.proximal_at_once, 1};
-}
-
-IslandSolver::Faces IslandSolver::carefully() {
-  const direct::Policy& p = direct::policy;
-  return {p.times_carefully * p.steps_at_once, p.times_carefully * p.stale_at_once, p.proximal_careful,
-          p.proximal_rise};
-}
-
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
@@ -34,7 +23,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   diagonal_.resize(m);
   for (std::size_t i = 0; i < m; ++i) diagonal_[i] = island.diagonal(i);
   for (const double d : diagonal_) largest = std::max(largest, d);
-  const double floor = largest > 0 ? direct::policy.least_diagonal * largest : 1.0;
+  const double floor = largest > 0 ? direct::policy.rounding * largest : 1.0;
   for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += diagonal_[row + k] / S::dim;
@@ -90,11 +79,7 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   limits_ = limits;
   start(island);
   choose_start(x);
-  if (result_.map > limits_.aim) find_faces(at_once());
-  if (is_unsolved()) {
-    go_to_best();
-    find_faces(carefully());
-  }
+  if (result_.map > limits_.aim) find_faces();
   if (result_.map > limits_.target) follow_curve();
   x = best_;
   unpaid_ += work_ - paid_;
@@ -102,9 +87,7 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   return result_;
 }
 
-// Chooses the given start or zero impulses, whichever is much nearer. A start below `far_off` times the
-// natural map of zero may have the right faces even if its impulses are wrong; a few Newton steps decide
-// this.
+// Chooses the given start or zero impulses, whichever is nearer.
 void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
@@ -113,7 +96,7 @@ void IslandSolver::choose_start(std::vector<double>& x) {
   if (x.size() != x_.size()) return;
   project(island_->K, x, trial_);
   evaluate(trial_, trial_u_);
-  if (!(keep_better(trial_, trial_u_) < direct::policy.far_off * map_at_zero)) return;
+  if (!(keep_better(trial_, trial_u_) < map_at_zero)) return;
   x_.swap(trial_);
   u_.swap(trial_u_);
 }
@@ -133,31 +116,26 @@ void IslandSolver::pay() {
 }
 
 // Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
-// kept. Directions in which W is softer than the proximal term converge only at the rate of that term, so
-// sigma is lowered after slow steps.
-void IslandSolver::find_faces(const Faces& how) {
-  double sigma = how.proximal;
+// kept.
+void IslandSolver::find_faces() {
   std::size_t stale = 0;
-  for (std::size_t i = 0; i < how.steps && stale < how.stale_steps && has_budget(); ++i) {
+  for (std::size_t i = 0;
+       i < direct::policy.newton_steps && stale < direct::policy.stale_steps && has_budget(); ++i) {
     const double before = result_.map;
-    if (!newton_step(sigma)) return;
+    if (!newton_step()) return;
     keep_better(x_, u_);
     if (result_.map <= limits_.aim) return;
     // One more step after the target is reached: quadratic convergence brings it to rounding.
     if (before <= limits_.target) return;
     stale = result_.map < before ? 0 : stale + 1;
-    if (stale > 0)
-      sigma = std::min(1.0, how.rise * sigma);
-    else if (result_.map > direct::policy.slow_step * before)
-      sigma = std::max(direct::policy.rounding, sigma / direct::policy.proximal_rise);
   }
 }
 
 // A full step without a line search: a shorter step would stop at the first wrong face. x is projected,
 // because dx respects faces and not cones.
-bool IslandSolver::newton_step(double sigma) {
+bool IslandSolver::newton_step() {
   ++result_.iterations;
-  const bool solved = newton_.solve(*island_, law_, p_, sigma, x_, u_, dx_);
+  const bool solved = newton_.solve(*island_, law_, p_, direct::policy.proximal, x_, u_, dx_);
   if (newton_.work() > 0) ++result_.factorizations;
   work_ += newton_.work();
   if (!solved) return false;
@@ -175,9 +153,7 @@ void IslandSolver::follow_curve() {
   // over rows.
   const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
   const double left_to_all = std::max(0.0, budget_->work_left()) * multiplications_in_unit;
-  if (static_cast<double>(direct::policy.usual_curve_steps * work_of_step) >
-      direct::policy.share_of_curve * left_to_all)
-    return;
+  if (static_cast<double>(direct::policy.curve_steps_in_reserve * work_of_step) > left_to_all) return;
   most_work_ = work_ + direct::policy.most_curve_steps * work_of_step + direct::policy.most_island_work;
   system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
@@ -193,7 +169,7 @@ void IslandSolver::follow_curve() {
     if (curve_.t() < direct::policy.end_of_curve) break;
   }
   go_to_best();
-  if (result_.map > limits_.aim) find_faces(at_once());
+  if (result_.map > limits_.aim) find_faces();
 }
 
 void IslandSolver::go_to_best() {

@@ -11,10 +11,9 @@
 namespace amontons {
 
 // Solves the VI of an island with a dense matrix: find x in K with u = W x + q (and the De Saxce term under
-// coulomb) in the normal cone. Three stages, each from the best x so far:
+// coulomb) in the normal cone. Two stages:
 //   1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
-//   2. the same with a larger proximal term, for redundant contacts that stage 1 moves far away;
-//   3. the central path as a curve (central_path/central_curve.hpp), which needs no start.
+//   2. the central path as a curve (central_path/central_curve.hpp), which needs no start.
 // The work is bounded for every problem.
 class IslandSolver {
  public:
@@ -36,15 +35,6 @@ class IslandSolver {
   Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
 
  private:
-  // Parameters of a search for faces: Newton steps in a row, and number of them that may pass without a
-  // better x. Then the first proximal term as a multiple of diag(W), and its factor after a step without a
-  // better x.
-  struct Faces {
-    std::size_t steps, stale_steps;
-    double proximal, rise;
-  };
-  static Faces at_once(), carefully();
-
   void start(const Reduction::Island& island);
   void choose_start(std::vector<double>& x);
   void evaluate(const std::vector<double>& x, std::vector<double>& u);
@@ -53,8 +43,8 @@ class IslandSolver {
   bool has_budget();
   bool is_unsolved() { return result_.map > limits_.target && has_budget(); }
   void pay();
-  void find_faces(const Faces& how);
-  bool newton_step(double sigma);
+  void find_faces();
+  bool newton_step();
   void follow_curve();
   void go_to_best();
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "solvers/direct/block_equation.hpp"
-#include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
@@ -182,7 +181,6 @@ void NewtonDirection::add_group(const ThinMatrix& W, std::size_t first, std::siz
 // symmetric where contacts slide, and is factored with row pivots, like the matrix by rows.
 bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx) {
   const std::size_t n = W.n, stride = W.stride;
-  const double least = std::max(sigma, direct::policy.proximal_at_once);
   rows_.clear();
   r_.resize(W.rows());
   S_.resize(6 * W.rows());
@@ -190,7 +188,7 @@ bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vec
   for (const Linear& l : linear_) {
     if (!l.acts)
       for (std::size_t k = 0; k < l.dim; ++k) dx[l.row + k] = -l.F[k];
-    else if (!reduce_block(W, least, l))
+    else if (!reduce_block(W, sigma, l))
       return false;
   }
   const std::size_t active = rows_.size();

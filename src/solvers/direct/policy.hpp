@@ -22,48 +22,33 @@ struct Policy {
 
   // Accuracy.
 
-  // Rounding (relative): the natural map that bilateral rows may leave, the smallest proximal term, and the
-  // least compliance of a bilateral row in K. Redundant rows then have a pivot far above the terms that
-  // cancel there.
+  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of a bilateral row
+  // in K, and the floor of the diagonal of W for immobile blocks. Redundant rows then have a pivot far above
+  // the terms that cancel there.
   double rounding = 1e-13;
   // Natural map (tolerances): where islands stop. Newton steps cost microseconds, and a scene at rest starts
   // its next step with the answer (test_rest).
   double aim = 1e-5;
-  // Natural map (tolerances): target of the islands; the remainder is left to the rounding of W.
-  double island_share = 0.9;
-  // Natural map (tolerances): target of a first-order method on the constrained bodies; the remainder is left
-  // to the rounding of K.
-  double constrained_share = 0.999;
+  // Natural map (tolerances): target of islands, and of a first-order method on constrained bodies; the
+  // remainder is left to the rounding of W and of K.
+  double reduced_share = 0.9;
   // Refinements (count): of bilateral impulses. The least compliance of K slows their convergence if links
   // have 1e-8 of the mass that they carry (test_light_bodies).
+  // Off: 0.
   int refinements = 6;
   // Rounds (count): islands are solved again for the error of the last round in the true problem; masses of
   // 1e8 : 1e-8 need three. Off: 1.
   int most_rounds = 3;
-  // Mobility (relative to the largest): floor of the diagonal of W for immobile blocks.
-  double least_diagonal = 1e-14;
 
   // Search for faces.
 
-  // Residual (relative to that of zero impulses): a start above it is replaced by zero.
-  double far_off = 10;
   // Newton steps (count): at the faces of the start, most of which are right.
-  std::size_t steps_at_once = 10;
+  std::size_t newton_steps = 10;
   // Newton steps (count): that may pass without a better x.
-  std::size_t stale_at_once = 4;
-  // Newton steps (ratio): of the careful search to those at once, because its proximal term takes longer to
-  // fall. Off: 0.
-  std::size_t times_carefully = 2;
+  std::size_t stale_steps = 4;
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
   // of freedom of the bodies. It changes their impulses by no more than the tolerance.
-  double proximal_at_once = 1e-7;
-  // Proximal term (relative to the diagonal of W): in the careful search. Redundant contacts that oppose
-  // slips of 1e-7 m/s keep their impulses (test_scenes, jammed dominoes).
-  double proximal_careful = 1e-3;
-  // Proximal term (factor): after a step without a better x; its inverse after a slow step.
-  double proximal_rise = 10;
-  // Natural map (factor per step): a step that gains less is slow, as the proximal term holds it back.
-  double slow_step = 0.1;
+  double proximal = 1e-7;
 
   // Work.
 
@@ -73,13 +58,11 @@ struct Policy {
   std::size_t multiplications_per_row = 30;
   // Work (multiplications): between two checks of the budget, 10 us.
   std::size_t unwatched_work = 5'000;
-  // Steps (count): along a curve that bends little.
-  std::size_t usual_curve_steps = 15;
+  // Steps (count): along a curve, for which the work left must suffice; a curve that bends little takes 15.
+  // Off: 1e9.
+  std::size_t curve_steps_in_reserve = 40;
   // Steps (count): after which a curve is abandoned.
   std::size_t most_curve_steps = 150;
-  // Work left (relative): a curve that would take a larger share is not begun.
-  // Off: 0.
-  double share_of_curve = 0.4;
   // Parameter t (relative): end of the curve, below the rounding of any residual.
   double end_of_curve = 1e-30;
 };
