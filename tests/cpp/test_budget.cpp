@@ -44,7 +44,7 @@ TEST(parts_end_with_the_whole) {
   Budget endless;
   CHECK(!endless.late() && endless.left() == forever && endless.work_left() == forever);
   Budget whole(100);
-  Budget loose(whole, 1000), tight(whole, 1e-9);
+  Budget loose(whole, 1000), tight = whole.part_of_time(1e-11);
   CHECK(loose.left() < 100.1 && tight.late() && tight.left() == 0);
   CHECK(!whole.late() && whole.left() > 50 && whole.ends_within(101));
   Budget rest(whole, forever);
@@ -55,7 +55,7 @@ TEST(parts_end_with_the_whole) {
 TEST(the_whole_pays) {
   Budget whole(forever, 100);
   {
-    Budget part(whole, forever, 30);
+    Budget part = whole.part_of_work(0.3);
     part.spend(20);
     CHECK(part.work_left() == 10 && whole.work_left() == 80);
     part.spend(20);

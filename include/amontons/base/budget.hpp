@@ -21,6 +21,9 @@ class Budget {
   Budget(Budget& whole, double seconds, double work = unlimited);
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
+  // Parts with this share of the time, or of the work, that is left now.
+  Budget part_of_time(double share) { return Budget(*this, share * left()); }
+  Budget part_of_work(double share) { return Budget(*this, unlimited, share * work_left()); }
 
   // Time left (s), not below zero. Reads the clock only if there is a limit.
   double left() const;

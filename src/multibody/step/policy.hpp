@@ -12,7 +12,6 @@ struct Policy {
   // (benchmarks/deadlines.py).
   double share_of_lookahead = 0.3;
   // Reserved time (factor per step): decay of the time reserved for work after the solve.
-  // Off: 0.
   double reserved_decay = 0.8;
   // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
   // method takes about as long as a search (benchmarks/deadlines.py).
@@ -64,10 +63,8 @@ struct Policy {
   // Off: 0.
   double steps_of_slack = 40;
   // Slack of gaps (relative to Model::length): limit with a loose tolerance.
-  // Off: 1e30.
   double most_slack = 1e-5;
   // Size (rows): smaller problems are solved to rounding and need no slack.
-  // Off: 0.
   std::size_t few_rows = 1000;
 
   // Positions.
@@ -84,13 +81,11 @@ struct Policy {
   // Off: 1e30.
   double largest_turn = 0.03;
   // Size (rows): for larger systems a first-order method is stopped early.
-  // Off: 1e9.
   std::size_t few_position_rows = 300;
   // Iterations (count): limit of that method.
   std::size_t most_position_iterations = 100;
   // Residual (relative to that of no correction): a correction that ran out of time above it is left to the
   // next step.
-  // Off: 1e30.
   double most_left = 0.1;
   // Work of a unit wrench (relative): below it no degree of freedom moves a body along a normal.
   double no_motion = 1e-9;

@@ -158,7 +158,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.law = Law::associated;
   options.tolerance = linear ? step::policy.precision : step::policy.rough_precision;
   options.max_iterations = step::policy.most_position_iterations;
-  Budget share(budget, infinity, step::policy.share_of_part * budget.work_left());
+  Budget share = budget.part_of_work(step::policy.share_of_part);
   const bool few = linear || rows.tags.size() <= step::policy.few_position_rows;
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   ++sums.solves;
@@ -197,7 +197,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
   const BodyVelocities rest(in.frames.size());
   JointRows rows = position_rows(in, rest, state, in.step.displacing);
   if (rows.tags.empty()) return false;
-  Budget time(clock.budget, step::policy.share_of_part * clock.budget.left());
+  Budget time = clock.budget.part_of_time(step::policy.share_of_part);
   BodyVelocities p = displacements(in, rest, rows, time, elimination, sums);
   if (p.empty()) return false;
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.

@@ -147,7 +147,8 @@ Solution as_converged(Solution s, double tolerance) {
 
 // Decides by the residual of the start. Far from a solution: solve to the tolerance. Within the tolerance:
 // accept the start. Nearly within it: solve to rounding, or below the tolerance if the direct way does not
-// apply.
+// apply. A start is near if the velocities have three right digits: the faces are then those of the solution,
+// and Newton's method finds the rest at once.
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Budget& budget, Solution memory) {
   Options options = solver.options();
@@ -197,7 +198,7 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<
     return s;
   }
   // Later solves and the safe step keep some of the work.
-  Budget share(*solver.budget, infinity, step::policy.share_of_part * solver.budget->work_left());
+  Budget share = solver.budget->part_of_work(step::policy.share_of_part);
   Solution s = solve_from(solver, problem, x0, share, std::move(memory));
   solver.sums.add_cost(s);
   return solve_for_light_bodies(solver, problem, share, std::move(s));

@@ -64,7 +64,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
-  Budget before_impacts(budget, step::policy.share_of_part * budget.left());
+  Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
   const StepSolver at_impact{.simulation = options_,
                              .clock = clock,
                              .budget = &before_impacts,
@@ -76,7 +76,7 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   clock.lap(&Timings::assembly);
-  Budget before_look(budget, (1 - step::policy.share_of_lookahead) * budget.left());
+  Budget before_look = budget.part_of_time(1 - step::policy.share_of_lookahead);
   StepSolver solver{.simulation = options_,
                     .clock = clock,
                     .budget = &before_look,

@@ -16,7 +16,6 @@ struct Policy {
   // Time (ns per row): of rows that do not belong to contacts.
   double product_per_row = 5;
   // Time (products): of a separate product, which reads the contacts once more.
-  // Off: 1.
   double unfused = 2.5;
   // Time (products): mean of a solve with the factor and a separate product.
   double factor_solve = 12;
@@ -60,7 +59,6 @@ struct Policy {
   // Iterations (count): of the first turn, enough to show a rate.
   std::size_t first_turn = 16;
   // Time (ns per body and product): of bodies with eliminated joints.
-  // Off: 0.
   double product_per_held_body = 300;
   // Factorisations (count): of the interior point before its first digit, and of Newton's method from the end
   // of its path.
@@ -111,7 +109,6 @@ struct Policy {
   // the change of the term, which is of the order of that residual; further digits would be wrong.
   double frozen_tolerance = 0.02;
   // Iterations (count): of apgd after a path, to renew the term.
-  // Off: 0.
   std::size_t frozen_burst = 300;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.

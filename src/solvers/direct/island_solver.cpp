@@ -87,7 +87,8 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   return result_;
 }
 
-// Chooses the given start or zero impulses, whichever is nearer.
+// Chooses the given start or zero impulses, whichever is nearer. Impulses of the step before are far from
+// those of this one where contacts have opened. Newton steps from zero then find the faces sooner.
 void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
@@ -116,7 +117,8 @@ void IslandSolver::pay() {
 }
 
 // Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
-// kept.
+// kept. The proximal term is the same in all steps. With a larger one a second search found faces in no run
+// of benchmarks/sensitivity.py that the curve did not find.
 void IslandSolver::find_faces() {
   std::size_t stale = 0;
   for (std::size_t i = 0;

@@ -22,9 +22,9 @@ struct Policy {
 
   // Accuracy.
 
-  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of a bilateral row
-  // in K, and the floor of the diagonal of W for immobile blocks. Redundant rows then have a pivot far above
-  // the terms that cancel there.
+  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of a bilateral
+  // row in K, and the floor of the diagonal of W for immobile blocks. Redundant rows then have a pivot far
+  // above the terms that cancel there.
   double rounding = 1e-13;
   // Natural map (tolerances): where islands stop. Newton steps cost microseconds, and a scene at rest starts
   // its next step with the answer (test_rest).
