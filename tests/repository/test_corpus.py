@@ -52,6 +52,14 @@ def test_the_warm_start_is_nearly_a_solution(stack):
     assert later.problem().residual(later.x0) < 1e-2
 
 
+# Breaks when a robot's step has a matrix in place of bodies, which most methods of the profile need.
+def test_steps_of_robots_have_bodies(corpus, root):
+    dog = next(s for s in corpus.of_robots(root / "examples" / "models") if s.name.endswith("dog.urdf"))
+    steps = list(corpus.steps_of(dog))
+    assert steps
+    assert all(step.problem().A.bodies == len(dog.make().bodies) for step in steps)
+
+
 # Breaks when a contact of a pair takes the rows of another: matched to itself, every contact keeps its own.
 def test_contacts_are_matched_with_themselves(corpus):
     sequence = corpus.of_scene("stack", (1,), {}, boxes=3)
