@@ -132,10 +132,14 @@ def revision() -> str:
     return (git("rev-parse", "--short=7", "HEAD") or "unknown") + "+" * bool(changed)
 
 
+FOLDERS = ("--data", "--out", "--figures", "--build", "--details")
+"""Options whose values are folders, which belong to a machine."""
+
+
 def command() -> str:
-    """The running program and its options, without folders, which belong to a machine."""
+    """The running program and its options, without folders."""
     program, *words = sys.argv
-    folders = {word for option in ("--data", "--out", "--figures", "--build") if option in words
+    folders = {word for option in FOLDERS if option in words
                for word in words[words.index(option) : words.index(option) + 2]}  # fmt: skip
     path = Path(program)
     if path.name == "__main__.py":

@@ -31,9 +31,9 @@ struct Policy {
 
   // Solve.
 
-  // Residual (relative to that of zero impulses): the same for a loose tolerance. Velocities at the end of a
-  // step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
-  // none.
+  // Residual (relative to that of zero impulses): a start below it is near its solution. Velocities at the
+  // end of a step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a
+  // speed is none.
   double three_digits = 1e-3;
   // Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
   // Four tests of creep need it.

@@ -87,8 +87,8 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
   return result_;
 }
 
-// Chooses the given start or zero impulses, whichever is nearer. Impulses of the step before are far from
-// those of this one where contacts have opened. Newton steps from zero then find the faces sooner.
+// Chooses the given start or zero impulses, whichever is nearer. Impulses of the step before can be farther
+// away than zero, where most contacts have opened.
 void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
