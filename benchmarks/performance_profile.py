@@ -27,7 +27,7 @@ from typing import Any
 import amontons
 import matplotlib.pyplot as plt
 import numpy as np
-from common import SAMPLE, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
+from common import SAMPLE, TABLES, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "admm", "cg")
@@ -252,7 +252,7 @@ def main() -> None:
         rows += measure(task, options.methods, options.limit, known)
     table = compared(rows)
     # Long, and of use for --reuse alone.
-    write_csv((SAMPLE if options.complete else options.out) / "solves.csv", rows)
+    write_csv((SAMPLE if options.out.resolve() == TABLES else options.out) / "solves.csv", rows)
     write_csv(options.out / "profile.csv", wide(rows))
     write_csv(options.out / "auto.csv", table)
     draw(rows, options.figures / "profile.png", options.half)
