@@ -3,9 +3,9 @@
     python tools/check_tables.py            prints every table that is not, exit code 1
     python tools/check_tables.py FOLDER     of another folder of results
 
-A table is older if the last change of `src/solvers` or `src/multibody`, or of their public headers, is not
-part of the revision that tables.csv names. The check belongs to `make release_checks`: between releases
-tables may be older, and the documents say so by the revision that they print.
+A table is older if `src/solvers` or `src/multibody`, or their public headers, have other code in the revision
+that tables.csv names; comments and spaces may differ. The check belongs to `make release_checks`: between
+releases tables may be older, and the documents say so by the revision that they print.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ import csv
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+
+from duplicates import without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "processor"
@@ -25,12 +28,23 @@ def git(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
 
 
-def older(folder: Path, changed: str) -> Iterator[str]:
-    """The tables of the folder whose revision does not contain the commit `changed`."""
+@cache
+def is_older(revision: str) -> bool:
+    """Whether the measured code has changed since a revision, or the revision is unknown."""
+
+    def words(of: str, name: str) -> list[str]:
+        return without_comments(git("show", f"{of}:{name}").stdout, ".cpp").split()
+
+    changed = git("diff", "--name-only", revision, "HEAD", "--", *MEASURED)
+    names = changed.stdout.split()
+    return changed.returncode != 0 or any(words(revision, name) != words("HEAD", name) for name in names)
+
+
+def older(folder: Path) -> Iterator[str]:
+    """The tables of the folder whose revision has other code."""
     with (folder / "tables.csv").open(newline="") as file:
         for row in csv.DictReader(file):
-            revision = row["revision"].removesuffix("+")
-            if git("merge-base", "--is-ancestor", changed, revision).returncode:
+            if is_older(row["revision"].removesuffix("+")):
                 yield f"{row['table']}: measured on {row['revision']} ({row['date']}); run {row['command']}"
 
 
@@ -46,12 +60,11 @@ def of_others(folder: Path) -> Iterator[str]:
 
 def main(words: list[str]) -> int:
     folder = Path(words[0]) if words else RESULTS
-    changed = git("log", "-1", "--format=%h", "--", *MEASURED).stdout.strip()
-    found = list(older(folder, changed))
+    found = list(older(folder))
     for line in found:
         print(f"{folder.name}/{line}")
     if found:
-        print(f"{len(found)} tables are older than {changed}, the last change of solvers or multibody")
+        print(f"{len(found)} tables are older than the last change of solvers or multibody")
     strange = list(of_others(folder))
     for line in strange:
         print(f"{folder.name}/{line}")

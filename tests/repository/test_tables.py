@@ -42,7 +42,7 @@ def test_committed_tables_are_listed():
 
 
 # Breaks when the check passes a table that was measured before the last change of the step or by another
-# processor, or refuses one that was measured after it.
+# processor, or refuses one that was measured after it, or before a comment came.
 def test_older_tables_are_found(tmp_path):
     def git(*words):
         who = ["-c", "user.name=x", "-c", "user.email=x@example.org"]
@@ -50,15 +50,16 @@ def test_older_tables_are_found(tmp_path):
         assert done.returncode == 0, done.stderr
         return done.stdout.strip()
 
-    def commit(file):
+    def commit(file, text="int a;"):
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / file).write_text(file)
+        (tmp_path / file).write_text(text)
         git("add", "."), git("commit", "-m", file)
         return git("rev-parse", "--short", "HEAD")
 
     git("init")
     before, after = commit("src/solvers/a.cpp"), commit("src/multibody/b.cpp")
     later = commit("docs/c.md")
+    commit("src/solvers/a.cpp", "int  a;  // one")
     lines = [f"{name}.csv,{name},2026-01-01,python x.py,one" for name in (before, f"{after}+", later)]
     lines += [f"{name}.csv,{later},2026-01-01,python x.py,{name}" for name in ("one", "other")]
     lines += [f"environment.csv,{later},2026-01-01,python x.py,one"]
