@@ -147,8 +147,8 @@ Solution as_converged(Solution s, double tolerance) {
 
 // Decides by the residual of the start. Far from a solution: solve to the tolerance. Within the tolerance:
 // accept the start. Nearly within it: solve to rounding, or below the tolerance if the direct way does not
-// apply. A start is near if the velocities have three right digits: the faces are then those of the solution,
-// and Newton's method finds the rest at once.
+// apply. A start is near if the velocities have three right digits: most faces are then those of the
+// solution, and Newton's method needs few steps from there.
 Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Budget& budget, Solution memory) {
   Options options = solver.options();
