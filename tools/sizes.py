@@ -19,7 +19,7 @@ from cpp_facts import body, calls, code, declared
 ROOMS = ("multibody/step", "solvers/choice", "solvers/direct", "solvers/central_path")
 TEXT = (".py", ".pyi", ".cpp", ".hpp", ".md")
 ASKS = re.compile(
-    r"(?:\.|->)(?:ends_within|over|over_attempt|exhausted|left|work_left|since_solved|elapsed)\("
+    r"(?:\.|->)(?:ends_within|over|over_attempt|exhausted|late|left|work_left|since_solved|elapsed)\("
 )
 """Questions to the clock or the budget."""
 

@@ -27,6 +27,10 @@ double Budget::left() const {
   return std::max(0.0, std::chrono::duration<double>(end_ - Clock::now()).count());
 }
 
+void Budget::limit_work(double work) {
+  if (work_ == unlimited) work_ = work;
+}
+
 void Budget::spend(double work) {
   for (Budget* p = this; p; p = p->whole_) p->work_ -= work;
 }

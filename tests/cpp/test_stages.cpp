@@ -114,7 +114,7 @@ struct Stages {
     observe();
     correct(step, clock, others, state, observed, sums);
     end_impacts(step, resolve_impacts(step, solver, state, observed), state, observed);
-    pose(step, clock, state, observed, posed);
+    pose(step, state, observed, posed);
   }
   void solve() { amontons::solve(step, solver, observed, posed, solved); }
   double normal_impulse(std::size_t contact = 0) const {

@@ -30,8 +30,8 @@ class Budget {
   bool late() const { return ends_within(0); }
   // Whether no time is left after `seconds` more.
   bool ends_within(double seconds) const { return left() <= seconds; }
-  // Sets the limit of work from now on, where its amount is known only later.
-  void limit_work(double work) { work_ = work; }
+  // Sets the limit of work from now on, where its amount is known only later; a limit that is there stays.
+  void limit_work(double work);
   void spend(double work);
   double work_left() const;
   bool exhausted() const { return work_left() <= 0; }

@@ -81,27 +81,6 @@ bool is_rough(const JointRows& rows, std::size_t i, double x, double scale, cons
   return rows.compliance[i] == 0 && std::abs(u.after - u.before) > smooth_speed(fall);
 }
 
-// The island of each body, -1 for none.
-void find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
-                std::vector<Index>& home) {
-  find_islands(graph, island);
-  home.assign(bodies, -1);
-  const auto add = [&](Index body, Index to) {
-    if (body >= 0 && body < static_cast<Index>(bodies) && home[body] < 0) home[body] = to;
-  };
-  for (std::size_t k = 0; k < graph.links.size(); ++k) {
-    add(graph.links[k].a, island[k]);
-    add(graph.links[k].b, island[k]);
-  }
-  // Bodies of a tree share the island of the one that leads it.
-  for (const ContactGraph::Link& tie : graph.ties) {
-    if (tie.b < static_cast<Index>(bodies)) add(tie.a, home[tie.b]);
-  }
-  for (const ContactGraph::Link& tie : graph.ties) {
-    if (tie.a < static_cast<Index>(bodies)) add(tie.b, home[tie.a]);
-  }
-}
-
 }  // namespace
 
 // Impulses over the kick changed the velocities from v- to v+, those of two middles. Where forces change
@@ -123,10 +102,9 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved&
   const double fall = step.h * norm(step.model.description().gravity);
   const double scale = step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0;
   const std::size_t first = problem.rows() - posed.rows.jacobian.size();
-  find_homes(problem.graph, ahead.size(), island, home);
-  rough.assign(island.size() + 1, 0);
+  rough.assign(find_homes(problem.graph, ahead.size(), island, home), 0);
   for (std::size_t k = 0; k < island.size(); ++k) {
-    if (island[k] < 0 || rough[island[k]]) continue;
+    if (rough[island[k]]) continue;
     const std::size_t row = static_cast<std::size_t>(problem.graph.first_row[k]);
     const double* x = &solved.solution.x[row];
     // Rows of joints come last. A block may have several rows; the first is that along which it pulls.

@@ -49,8 +49,7 @@ bool sweep_stops(const FixedContacts& fixed, std::span<const Stop> stops, std::s
       const Contact& c = fixed.contacts[i];
       const double short_of = fixed.least[i] - dot(c.normal, relative_motion(c, v).linear);
       if (!(short_of > 0)) continue;
-      if (jointed && c.gap > -step::policy.deep_joint * fixed.error &&
-          !(fixed.h * short_of > step::policy.far_joint * fixed.error))
+      if (jointed && fixed.h * short_of - std::min(c.gap, 0.0) < step::policy.deep_joint * fixed.error)
         continue;
       const BodyMobility& mobility = fixed.mobility[body];
       const Vec3 n = first ? c.normal : -c.normal, turn = cross(first ? c.r_a : c.r_b, n);

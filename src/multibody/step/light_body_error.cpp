@@ -46,8 +46,9 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     if (is_soft(problem, block, row)) return;
     const double p = problem.P[block];
+    // A light body counts as moving with a small share of the speed of the fastest one, if it is slower.
     const bool light = 1 / p < tolerance * heaviest;
-    const double U = speed<S>(&problem.b[row]) + (light ? step::policy.slow : 1) * fastest.moving;
+    const double U = speed<S>(&problem.b[row]) + (light ? step::policy.three_digits : 1) * fastest.moving;
     // If a block slides or rolls, the natural map of a steep cone contains its closing velocity only times 1
     // / mu.
     double steep = 1, closing = 0;
@@ -63,7 +64,7 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double weight = 1 / std::sqrt(p * steep);
     if (missed > std::max(step::policy.wrong * U, least_miss) &&
         missed * weight > step::policy.rounding * whole)
-      found = std::min(found, step::policy.right * U * weight);
+      found = std::min(found, step::policy.wrong * U * weight);
   });
   return std::max(found / whole, step::policy.rounding);
 }

@@ -7,7 +7,6 @@ namespace amontons {
 
 void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  const bool in_time = !solver.budget->late();
   find_rest(step, o, *posed.problem, solver.again, posed.x0, posed.predicted, solved.solution, solved.rest);
   solved.solution =
       solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
@@ -17,7 +16,6 @@ void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const
     apply_impulses(*posed.problem, solved.solution.x, solved.after);
   stop_resting(step.model, solved.rest, solved.after);
   solver.clock.lap(&Timings::solve);
-  solver.clock.solved(in_time);
 }
 
 // Adds what the solved velocities lead to. Turns follow the velocities once (`first`), and again with new

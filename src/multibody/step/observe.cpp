@@ -68,7 +68,8 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   o.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
   set_slipping_friction(model, state.contacts, o.frames, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
-  clock.lap(&Timings::collision);
+  clock.search = clock.lap(&Timings::collision);
+  clock.hurried = clock.budget.ends_within(step::policy.least_searches * clock.search);
 }
 
 void stiffen(const StepSetting& step, const State& state, Observed& o) {

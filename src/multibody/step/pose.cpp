@@ -13,7 +13,7 @@
 namespace amontons {
 
 Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contacts, std::size_t joint_rows) {
-  const double length = step.model.length(), error = allowed_error(length);
+  const double error = allowed_error(step.model.length());
   const double fall = step.h * norm(step.model.description().gravity);
   const bool keeps_closed = step.recovery > 0 || !step.damped;
   const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
@@ -27,7 +27,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
           .most_closed = error,
           .held = step.held_reach(),
-          .slack = few ? 0 : std::min(drift, step::policy.most_slack * length),
+          .slack = few ? 0 : std::min(drift, error),
           .model = &step.model};
 }
 
@@ -105,8 +105,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
     add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
   }
   posed.turns.added.clear();
-  if (!step.damped && !o.contacts.empty() && !clock.budget.ends_within(2 * clock.search))
-    turn_ahead(step, o, posed);
+  if (!step.damped && !o.contacts.empty() && !clock.hurried) turn_ahead(step, o, posed);
 }
 
 void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepProblem& posed) {

@@ -41,34 +41,11 @@ struct PositionInput {
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
-// Whether a body cannot move along the normal of a contact, because its joint to the world or to a fixed body
-// has no dof in that direction. An example is a slider modelled inside its table.
-bool is_held(const PositionInput& in, Index body, const Contact& c) {
-  if (!in.model.is_dynamic(body)) return true;
-  return std::any_of(in.observed.joints.begin(), in.observed.joints.end(), [&](const JointContext& joint) {
-    const Index other = joint.body_a == body ? joint.body_b : joint.body_a;
-    if ((joint.body_a != body && joint.body_b != body) || in.model.is_dynamic(other)) return false;
-    if (joint.joint->compliance > 0 || !is_chain(*joint.joint) || joint.chain.spherical) return false;
-    const Vec3 reference = joint.body_a >= 0 ? in.frames[joint.body_a].centre + joint.r_a
-                                             : in.frames[joint.body_b].centre + joint.r_b;
-    const Mat3 to_joint = transposed(joint.axes);
-    const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
-    for (std::size_t i = 0; i < joint.chain.dofs; ++i)
-      if (std::abs(dot(push, joint.chain.screws[i])) > step::policy.no_motion * joint.scale(i)) return false;
-    return true;
-  });
-}
-
-// Whether moving bodies can remove the overlap of a contact.
-bool can_open(const PositionInput& in, const Contact& c) {
-  return !(is_held(in, c.body_a, c) && is_held(in, c.body_b, c));
-}
-
 // The largest error (m); angles count times length.
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
-    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length)) && can_open(in, c)) worst = -c.gap;
+    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length))) worst = -c.gap;
   worst = std::max({worst, in.observed.errors.joint.distance, in.length * in.observed.errors.joint.angle,
                     in.observed.errors.line});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
@@ -121,7 +98,7 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.h;
-  const bool few = all.tags.size() <= step::policy.few_position_rows;
+  const bool few = all.tags.size() <= step::policy.few_rows;
   const auto of_model = [&](Index body) {  // auxiliary bodies follow those of the model
     return body < static_cast<Index>(in.model.bodies()) ? body : world;
   };
@@ -147,7 +124,8 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   return rows;
 }
 
-// The displacements, as velocities over h; empty if the time of `budget` runs out before they are useful.
+// The displacements, as velocities over h. Empty if the time of `budget` runs out before they are better than
+// none: the next step tries again.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
                              Budget& budget, Elimination& elimination, StepSums& sums) {
   std::vector<Contact> none;
@@ -159,11 +137,11 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = linear ? step::policy.precision : step::policy.rough_precision;
   options.max_iterations = step::policy.most_position_iterations;
   Budget share = budget.part_of_work(step::policy.share_of_part);
-  const bool few = linear || rows.tags.size() <= step::policy.few_position_rows;
+  const bool few = linear || rows.tags.size() <= step::policy.few_rows;
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   ++sums.solves;
   sums.add_cost(s);
-  if (s.status == Status::deadline && s.residual > step::policy.most_left) return {};
+  if (s.status == Status::deadline && s.residual >= 1) return {};
   BodyVelocities p = rest;
   apply_impulses(problem, s.x, p);
   return p;
@@ -239,7 +217,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
 bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
              StepSums& sums) {
   stiffen(step, state, o);
-  if (step.options.recovery != Recovery::projection || clock.budget.ends_within(2 * clock.search) ||
+  if (step.options.recovery != Recovery::projection || clock.hurried ||
       !correct_positions(step, o, clock, elimination, state, sums))
     return false;
   clock.lap(&Timings::assembly);

@@ -40,24 +40,12 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
   return norm(v.linear) <= slow && length * norm(v.angular) <= slow;
 }
 
-// Finds the island of each body, and the speed of an error of 1. The residual is a norm over all bodies of an
-// island: one of n equal bodies may have the whole error.
-void place(const ContactGraph& graph, std::size_t bodies, double fall, Rest& rest) {
-  const std::size_t count = find_islands(graph, rest.island);
-  rest.home.assign(bodies, -1);
-  rest.speed.assign(count, 0);
-  const auto add = [&](Index body, Index island) {
-    if (body < 0 || body >= static_cast<Index>(bodies) || island < 0 || rest.home[body] >= 0) return;
-    rest.home[body] = island;
-    rest.speed[island] += 1;
-  };
-  for (std::size_t k = 0; k < graph.links.size(); ++k) {
-    add(graph.links[k].a, rest.island[k]);
-    add(graph.links[k].b, rest.island[k]);
-  }
-  // Bodies of a tree that no row touches: its first one leads, in whatever body its rows act.
-  for (const ContactGraph::Link& tie : graph.ties) add(tie.a, rest.home[tie.b]);
-  for (const ContactGraph::Link& tie : graph.ties) add(tie.b, rest.home[tie.a]);
+// The speed of an error of 1, per island. The residual is a norm over all bodies of an island: one of n equal
+// bodies may have the whole error.
+void find_speeds(double fall, std::size_t islands, Rest& rest) {
+  rest.speed.assign(islands, 0);
+  for (const Index home : rest.home)
+    if (home >= 0) rest.speed[home] += 1;
   for (double& s : rest.speed) s = fall * std::sqrt(s);
 }
 
@@ -106,6 +94,24 @@ void go_on(const Problem& problem, const std::vector<double>& x0, Rest& rest) {
 
 }  // namespace
 
+std::size_t find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
+                       std::vector<Index>& home) {
+  const std::size_t count = find_islands(graph, island);
+  home.assign(bodies, -1);
+  const auto add = [&](Index body, Index to) {
+    if (body >= 0 && body < static_cast<Index>(bodies) && home[body] < 0) home[body] = to;
+  };
+  for (std::size_t k = 0; k < graph.links.size(); ++k) {
+    add(graph.links[k].a, island[k]);
+    add(graph.links[k].b, island[k]);
+  }
+  // Bodies of a tree share the island of the one that leads it: rows act there, in whatever body they do.
+  const auto of = [&](Index body) { return body < static_cast<Index>(bodies) ? home[body] : -1; };
+  for (const ContactGraph::Link& tie : graph.ties) add(tie.a, of(tie.b));
+  for (const ContactGraph::Link& tie : graph.ties) add(tie.b, of(tie.a));
+  return count;
+}
+
 double Rest::residual(Maps others) const {
   double sum = others.map * others.map, sum_at_zero = others.at_zero * others.at_zero;
   for (std::size_t i = 0; i < rests.size(); ++i) {
@@ -137,7 +143,7 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = std::min(step::policy.direct_start * tolerance, step::policy.precision);
-  place(problem.graph, model.bodies(), fall, rest);
+  find_speeds(fall, find_homes(problem.graph, model.bodies(), rest.island, rest.home), rest);
   rest.rests.assign(rest.speed.size(), 1);
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
   if (!rest.slow) keep_slow(model.length(), o.start, tolerance, rest);

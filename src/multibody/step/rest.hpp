@@ -43,6 +43,9 @@ struct Rest {
 // `predicted`: the free velocities with x0; empty: not known.
 void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
                const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest);
+// The island of each block and of each body, -1: none. Returns the number of islands.
+std::size_t find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
+                       std::vector<Index>& home);
 // Projects the start x0 and forms its u.
 void form_start(const Problem& problem, std::span<const double> x0, Solution& s);
 // Stops the bodies of islands at rest.

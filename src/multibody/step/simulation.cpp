@@ -13,7 +13,6 @@
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/middle.hpp"
 #include "multibody/step/clock.hpp"
-#include "multibody/step/policy.hpp"
 #include "multibody/step/report_sums.hpp"
 #include "multibody/step/scratch.hpp"
 
@@ -158,7 +157,7 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
   report = {};
   report.substeps = attempt.parts;
   StepSums sums;
-  clock.timings = {};
+  clock.begin_attempt();
   for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
     if (!advance(options_.dt / attempt.parts, attempt, clock, sums, report)) return false;
   if (!report.advanced) state_ = last_.before;
@@ -172,7 +171,7 @@ bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& repo
 void Simulation::make_step(Report& report) {
   // The user may have written into the state since the last step.
   validate(*model_, state_);
-  StepClock clock(options_.budget, last_.reserved);
+  StepClock clock(options_.budget, last_.to_reserve);
   last_.before = state_;
   begin_with_velocities(*model_, state_);
   const double before = state_.last_step;
@@ -209,19 +208,21 @@ void Simulation::make_step(Report& report) {
   }
   note_touching(report.advanced);
   report.time = state_.time;
+  clock.lap(&Timings::integration);
   report.timings = clock.timings;
-  report.timings.total = clock.elapsed();
-  last_.reserved = std::max(clock.since_solved(), step::policy.reserved_decay * last_.reserved);
+  last_.to_reserve = report.timings.integration;
 }
 
 // Parts that only a reader of the report needs: the energies of the poses at the end.
 void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
+  clock.timings = report.timings;
   Observed& o = scratch_->observed;
   place_bodies(*model_, state_, o.frames, o.mobility, o.start);
   static const Forest none;
   add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
-  report.timings.total += clock.elapsed();
+  clock.lap(&Timings::integration);
+  report.timings = clock.timings;
 }
 
 Report Simulation::step() {

@@ -84,30 +84,22 @@ Solution accepted(const Problem& problem, Solution memory, double residual) {
   return s;
 }
 
-// If little of the budget is left, runs a first-order method. Out of budget this makes a few iterations. If
-// positions were corrected in their time, the impulses of the last step are used instead. The safe step
-// restores the joints afterwards.
-Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0) {
+// With little of the budget left, a first-order method runs at once. Out of budget it makes a few iterations,
+// which need no limit of time: a step without any solve costs its successors more.
+Solution solve_within_budget(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
+                             double left) {
   Options options = solver.options();
   options.x0 = x0;
-  const bool spent = solver.budget->ends_within(solver.clock.search);
-  Solution s;
-  if (solver.corrected && !x0.empty() && solver.budget->ends_within(0.5 * solver.clock.search)) {
-    const double start = evaluate_start(problem, options, s);
-    s = accepted(problem, std::move(s), start);
-    if (start > options.tolerance) s.status = Status::deadline;
-    return s;
-  }
+  const bool spent = left <= solver.clock.search;
+  const std::size_t few = step::policy.few_iterations;
   if (spent)
-    options.max_iterations =
-        std::min(options.max_iterations ? options.max_iterations : step::policy.few_iterations,
-                 step::policy.few_iterations);
-  // A few iterations need no time limit: a step without any solve costs its successors more.
-  Budget few(infinity, solver.budget->work_left());
+    options.max_iterations = options.max_iterations > 0 ? std::min(options.max_iterations, few) : few;
+  Budget time(spent ? infinity : left);
   ++solver.sums.solves;
   const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
-  s = method(problem, options, spent ? few : *solver.budget);
+  Solution s = method(problem, options, time);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
+  solver.sums.add_cost(s);
   return s;
 }
 
@@ -185,18 +177,14 @@ Options StepSolver::options() const {
 }
 
 double most_work(std::size_t blocks) {
-  const auto n = static_cast<double>(blocks);
-  return step::policy.least_work + step::policy.work_per_pair * n * std::min(n, step::policy.large_step);
+  return step::policy.work_per_block * static_cast<double>(std::max(blocks, step::policy.few_blocks));
 }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
                     Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (solver.budget->ends_within(step::policy.least_searches * solver.clock.search)) {
-    const Solution s = solve_within_budget(solver, problem, x0);
-    solver.sums.add_cost(s);
-    return s;
-  }
+  if (const double left = solver.budget->left(); left <= step::policy.least_searches * solver.clock.search)
+    return solve_within_budget(solver, problem, x0, left);
   // Later solves and the safe step keep some of the work.
   Budget share = solver.budget->part_of_work(step::policy.share_of_part);
   Solution s = solve_from(solver, problem, x0, share, std::move(memory));

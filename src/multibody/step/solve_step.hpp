@@ -20,7 +20,6 @@ struct StepSolver {
   Elimination& elimination;  // memory of `auto`, kept between steps
   StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
-  bool corrected = false;    // positions were corrected in this step
   bool again = false;        // continues from another solve of the same step
 
   bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
@@ -28,8 +27,7 @@ struct StepSolver {
   Options options() const;
 };
 
-// Work limit (Budget units) of a step with `blocks` contacts and joint rows: that of first-order
-// iterations, whose number increases with the size up to a limit.
+// Work limit (Budget units) of a step with `blocks` contacts and joint rows.
 double most_work(std::size_t blocks);
 
 // Solves a VI of the step from x0, the impulses of the last step; empty: zero. `memory` is a solution whose

@@ -53,14 +53,12 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
                          .restitution = restitution_speed()};
   Budget& budget = clock.budget;
   // 1. and 2.
-  const double start = clock.elapsed();
   observe(step, clock, state_, observed);
-  clock.search = clock.elapsed() - start;
   const PositionErrors errors = observed.errors;
   // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
-  if (options_.max_iterations == 0 && budget.work_left() == Budget::unlimited)
+  if (options_.max_iterations == 0)
     budget.limit_work(most_work(observed.contacts.size() + 6 * model.joints()));
-  const bool corrected = correct(step, clock, position_elimination, state_, observed, sums);
+  correct(step, clock, position_elimination, state_, observed, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
@@ -76,14 +74,13 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   clock.lap(&Timings::assembly);
-  Budget before_look = budget.part_of_time(1 - step::policy.share_of_lookahead);
+  Budget before_look = budget.part_of_time(step::policy.share_of_part);
   StepSolver solver{.simulation = options_,
                     .clock = clock,
                     .budget = &before_look,
                     .elimination = elimination,
                     .sums = sums,
-                    .fastest = speeds,
-                    .corrected = corrected};
+                    .fastest = speeds};
   solve(step, solver, observed, posed, solved);
   solver.budget = &budget;
   look_ahead(step, solver, observed, posed, solved);

@@ -6,8 +6,8 @@
 
 namespace amontons {
 
-// Wall clock time of the phases of a step (s). Assembly includes frames, joint rows and impacts. The rest of
-// the total is checks and reports.
+// Wall clock time of the phases of a step (s). Assembly includes frames, joint rows and impacts;
+// integration includes the safe step and reports. The total includes earlier attempts at the step.
 struct Timings {
   double collision = 0, assembly = 0, solve = 0, integration = 0, total = 0;
 };

@@ -148,8 +148,7 @@ class Simulation {
     double between = 1;             // s, from the middle of the step before to that of this one
     std::vector<Transform> stood;   // poses of all bodies there
     double joint_error = infinity;  // m, at that instant
-    // Time (s) reserved for work after the solve: the longest of the last steps, which decays.
-    double reserved = 0;
+    double to_reserve = 0;          // s, that work after the solve took: the next step reserves it
     std::vector<Contact> contacts;
     std::vector<GeomPair> touching, touched;  // with a force in the last step, and in the one before
     std::vector<JointReaction> reactions;
