@@ -114,7 +114,7 @@ struct Stages {
     observe();
     correct(step, clock, others, state, observed, sums);
     end_impacts(step, resolve_impacts(step, solver, state, observed), state, observed);
-    pose(step, state, observed, posed);
+    pose(step, clock, state, observed, posed);
   }
   void solve() { amontons::solve(step, solver, observed, posed, solved); }
   double normal_impulse(std::size_t contact = 0) const {
@@ -155,6 +155,21 @@ TEST(correct_displaces_and_keeps_velocities) {
   CHECK(s.observed.contacts.size() == 4);
   for (const Contact& c : s.observed.contacts) CHECK_NEAR(c.gap, s.state.positions[0].z - 0.5, 1e-12);
   CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.sums));
+}
+
+// Breaks when a slider that is drawn into its table is corrected in vain in each step, which takes a robot
+// twice the time. Its joint lets no degree of freedom open the overlap.
+TEST(overlaps_that_a_joint_holds_are_not_corrected) {
+  ModelDescription d = box_at(-0.02);
+  Joint slide;
+  slide.body_a = 0;
+  slide.dofs = {{.kind = Dof::Kind::slide, .axis = {1, 0, 0}}};
+  slide.frame_b = d.bodies[0].pose;
+  d.joints.push_back(slide);
+  Stages s(d);
+  s.observe();
+  CHECK(s.observed.errors.penetration > 0.01);
+  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.sums) && s.sums.solves == 0);
 }
 
 // Newton's law of impact: u+ = -e u-, impulse m (1 + e) u-. Breaks when free velocities do not follow the
@@ -293,12 +308,12 @@ TEST(make_safe_stops_bodies_at_the_ground) {
   CHECK(s.solved.solution.residual < 1);
 }
 
-// Breaks when the work of a large step grows as the square of its size, or that of a small one does not.
+// Breaks when a step of few blocks has not enough work for a solve, or the work of a large one grows
+// otherwise than its size.
 TEST(most_work_grows_with_the_size) {
-  const auto more = [](std::size_t blocks) { return most_work(blocks) - most_work(0); };
-  CHECK(most_work(0) > 0);
-  CHECK_NEAR(more(20) / more(10), 4, 1e-12);
-  CHECK_NEAR(more(2'000'000) / more(1'000'000), 2, 1e-12);
+  CHECK(most_work(0) > 1e6);
+  CHECK(most_work(10) == most_work(0));
+  CHECK_NEAR(most_work(2'000'000) / most_work(1'000'000), 2, 1e-12);
 }
 
 // A step may have two parts. Breaks when the second part replaces what the first one found: errors are the

@@ -138,7 +138,7 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
   work += work_on_trees(in, mean.moved);
   return {
       work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-      step::policy.energy_of_motion * kinetic + gravity + recovered + std::min(closing_work(in), gravity)};
+      step::policy.created_energy * (kinetic + gravity) + recovered + std::min(closing_work(in), gravity)};
 }
 
 // J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

@@ -66,11 +66,9 @@ struct Policy {
   // Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if
   // they contradict contacts.
   double softness = 1e-3;
-  // Tolerance (relative): of linear systems, which one factorisation solves to rounding, and of geometry.
-  double precision = 1e-9;
-  // Tolerance (relative): of systems with inequalities, because later corrections follow. A pile at rest
-  // beside a robot would add to its iterations with 1e-5 and with 1e-3 (test_rest_of_islands).
-  double rough_precision = 1e-4;
+  // Tolerance (relative): later corrections follow, and one factorisation solves linear systems to rounding.
+  // A pile at rest beside a robot would add to its iterations with 1e-5 and with 1e-3 (test_rest_of_islands).
+  double precision = 1e-4;
   // Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
   // t^2 / 2 of its arm.
   // Off: 1e30.
@@ -92,9 +90,10 @@ struct Policy {
 
   // Energy and second order.
 
-  // Energy gained (relative to the kinetic energy): allowance for the solver's residual and the O(h^2) error
-  // of the step.
-  double energy_of_motion = 1e-3;
+  // Energy gained (relative): allowance for the solver's residual and the O(h^2) error of the step. It is a
+  // share of the kinetic energy, and of that which gravity gives to free bodies in a step. At rest nothing
+  // else is left of it.
+  double created_energy = 1e-3;
   // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
   // (test_scenes).
   // Off: 1.
@@ -116,7 +115,8 @@ struct Policy {
   // without it.
   // Off: 1e30.
   double wrong = 0.05;
-  // Rounding (relative): of a natural map to that of zero impulses, of a velocity error to the fastest body.
+  // Rounding (relative): of a natural map to that of zero impulses, and of a velocity error to the fastest
+  // body. A wrench that does less work than this share of a unit along a degree of freedom moves nothing.
   double rounding = 1e-13;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.

@@ -41,11 +41,34 @@ struct PositionInput {
 
 bool is_rigid(const Contact& c) { return c.material.compliance == 0; }
 
+// Whether a body cannot move along the normal of a contact, because its joint to the world or to a fixed body
+// has no dof in that direction. An example is a slider modelled inside its table.
+bool is_held(const PositionInput& in, Index body, const Contact& c) {
+  if (!in.model.is_dynamic(body)) return true;
+  return std::any_of(in.observed.joints.begin(), in.observed.joints.end(), [&](const JointContext& joint) {
+    const Index other = joint.body_a == body ? joint.body_b : joint.body_a;
+    if ((joint.body_a != body && joint.body_b != body) || in.model.is_dynamic(other)) return false;
+    if (joint.joint->compliance > 0 || !is_chain(*joint.joint) || joint.chain.spherical) return false;
+    const Vec3 reference = joint.body_a >= 0 ? in.frames[joint.body_a].centre + joint.r_a
+                                             : in.frames[joint.body_b].centre + joint.r_b;
+    const Mat3 to_joint = transposed(joint.axes);
+    const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
+    for (std::size_t i = 0; i < joint.chain.dofs; ++i)
+      if (std::abs(dot(push, joint.chain.screws[i])) > step::policy.rounding * joint.scale(i)) return false;
+    return true;
+  });
+}
+
+// Whether moving bodies can remove the overlap of a contact.
+bool can_open(const PositionInput& in, const Contact& c) {
+  return !(is_held(in, c.body_a, c) && is_held(in, c.body_b, c));
+}
+
 // The largest error (m); angles count times length.
 double largest_error(const PositionInput& in, const State& state) {
   double worst = 0;
   for (const Contact& c : in.contacts)
-    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length))) worst = -c.gap;
+    if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length)) && can_open(in, c)) worst = -c.gap;
   worst = std::max({worst, in.observed.errors.joint.distance, in.length * in.observed.errors.joint.angle,
                     in.observed.errors.line});
   for (std::size_t j = 0; j < in.model.joints(); ++j) {
@@ -134,7 +157,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
-  options.tolerance = linear ? step::policy.precision : step::policy.rough_precision;
+  options.tolerance = step::policy.precision;
   options.max_iterations = step::policy.most_position_iterations;
   Budget share = budget.part_of_work(step::policy.share_of_part);
   const bool few = linear || rows.tags.size() <= step::policy.few_rows;

@@ -142,7 +142,7 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
-  const double rounding = std::min(step::policy.direct_start * tolerance, step::policy.precision);
+  const double rounding = step::policy.direct_start * tolerance;
   find_speeds(fall, find_homes(problem.graph, model.bodies(), rest.island, rest.home), rest);
   rest.rests.assign(rest.speed.size(), 1);
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);

@@ -54,7 +54,7 @@ JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
 }
 
 // The joint in the middle of the last step, with coordinates to first order, which suffices for directions.
-JointContext middle_joint(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
+JointContext middle(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
   std::array<double, 6> coordinates{};
   const Screw twist = joint_twist(now, bodies.v);
   for (std::size_t i = 0; i < now.chain.dofs; ++i)
@@ -80,6 +80,27 @@ JointSlip slip(const JointContext& joint, const BodyVelocities& v) {
   }
   if (joint.chain.spherical) left.angular = {};
   return left;
+}
+
+// slip() of the joint in the middle of the last step. For a hinge no coordinate is needed: A holds its
+// anchor, B its axis.
+JointSlip middle_slip(const JointContext& now, std::span<const double> q, const LastStep& bodies) {
+  if (!is_hinge(*now.joint)) return slip(middle(now, q, bodies), bodies.v);
+  const JointPose pose = middle_pose(now, bodies);
+  const Vec3 point = pose.a(now.joint->dofs[0].anchor);
+  Vec3 linear, angular;
+  const auto add = [&](Index body, double sign) {
+    if (body < 0) return;
+    const BodyVelocity& v = bodies.v[body];
+    linear += sign * (v.linear + cross(v.angular, point - bodies.centre(body)));
+    angular += sign * v.angular;
+  };
+  add(now.body_a, 1);
+  add(now.body_b, -1);
+  const Quat to_joint = conjugate(pose.b.rotation);
+  angular = rotate(to_joint, angular);
+  return {rotate(to_joint, linear),
+          angular - dot(now.duals[0].angular, angular) * now.chain.screws[0].angular};
 }
 
 // The part of the last step's slip e that is not reflected. `before`: the slip one step earlier; `reflected`:
@@ -182,7 +203,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
     if (tag.joint != joint) {
       joint = tag.joint;
       const auto j = static_cast<std::size_t>(joint);
-      const JointSlip e = slip(middle_joint(now, coordinates_of(in.model, state, j), last), came);
+      const JointSlip e = middle_slip(now, coordinates_of(in.model, state, j), last);
       out = first ? e : taken_out(e, state.joint_slips[j], slip(now, before));
       state.joint_slips[j] = e;
       smooth = !touched(now.body_a) && !touched(now.body_b);
