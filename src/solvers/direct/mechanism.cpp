@@ -107,6 +107,14 @@ void Mechanism::analyse_pattern() {
   analysed_link_ = link_;
 }
 
+// A system with constrained bodies is itself the rest of another problem.
+bool Mechanism::factor_held(const Problem& problem) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
+  analyse(problem, Scope::held);
+  return !row_.empty() && takes_little() && factor(problem);
+}
+
 // M of the body. A body that only turns, or does not turn, has a unit entry in place of its infinite mass or
 // inertia. The columns of D are zero there (assemble_joint).
 bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {

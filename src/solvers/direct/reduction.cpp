@@ -11,11 +11,11 @@
 
 namespace amontons {
 
-bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double most_work) {
+bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained) return false;
   mechanism_.analyse(problem);
-  return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
+  return mechanism_.takes_little() && find_islands(problem, most_rows);
 }
 
 // Union-find over mechanisms, each represented by its root, with one more node for blocks without a moving

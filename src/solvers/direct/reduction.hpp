@@ -34,9 +34,9 @@ class Reduction {
   };
 
   // Finds the islands and analyses K. False where elimination does not apply: for a matrix or a function in
-  // place of bodies. It does not apply either to an island of more than `most_rows` rows, or a factorisation
-  // of more than `most_work` multiplications.
-  bool analyse(const Problem& problem, std::size_t most_rows, double most_work);
+  // place of bodies. It does not apply either to an island of more than `most_rows` rows, or where K takes
+  // much work.
+  bool analyse(const Problem& problem, std::size_t most_rows);
   // W and q; false if K has no factorisation.
   bool factor(const Problem& problem);
 
