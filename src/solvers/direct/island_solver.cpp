@@ -113,19 +113,15 @@ void IslandSolver::pay() {
 // kept. The proximal term is the same in all steps: a second search with a larger one changed no count of
 // benchmarks/sensitivity.py beyond its noise (measured on 0a78fe4).
 void IslandSolver::find_faces() {
-  double halved = result_.map;
   std::size_t stale = 0;
-  while (stale < direct::policy.stale_steps && has_budget()) {
-    const bool was_solved = result_.map <= limits_.target;
+  for (std::size_t i = 0; i < direct::policy.most_steps && stale < direct::policy.stale_steps; ++i) {
+    if (!has_budget()) return;
+    const double before = result_.map;
     if (!newton_step()) return;
     keep_better(x_, u_);
     // One more step after the target is reached: quadratic convergence brings it to rounding.
-    if (result_.map <= limits_.aim || was_solved) return;
-    ++stale;
-    if (result_.map < 0.5 * halved) {
-      halved = result_.map;
-      stale = 0;
-    }
+    if (result_.map <= limits_.aim || before <= limits_.target) return;
+    if (!(result_.map < before)) ++stale;
   }
 }
 
@@ -153,7 +149,7 @@ void IslandSolver::follow_curve() {
   const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
   system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
-  for (std::size_t i = 0; i < direct::policy.most_curve_steps && is_unsolved(); ++i) {
+  for (std::size_t i = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += work_of_step;

@@ -17,6 +17,6 @@ constinit Policy policy;
                            {"refinements", &policy.refinements},
                            {"stale_steps", &policy.stale_steps},
                            {"proximal", &policy.proximal},
-                           {"most_curve_steps", &policy.most_curve_steps}});
+                           {"most_steps", &policy.most_steps}});
 
 }  // namespace amontons::direct
