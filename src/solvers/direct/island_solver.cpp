@@ -96,7 +96,7 @@ void IslandSolver::choose_start(std::vector<double>& x) {
   u_.swap(trial_u_);
 }
 
-// No result depends on the time between two checks of the work, so each step makes one.
+// Each step is charged before the next, so that a budget is passed by the work of one step at most.
 bool IslandSolver::has_budget() {
   pay();
   return (limits_.iterations == 0 || result_.iterations < limits_.iterations) && !budget_->exhausted() &&
@@ -160,13 +160,9 @@ void IslandSolver::follow_curve() {
     keep_better(x_, u_);
     if (curve_.t() < direct::policy.rounding * direct::policy.rounding) break;
   }
-  go_to_best();
-  if (result_.map > limits_.aim) find_faces();
-}
-
-void IslandSolver::go_to_best() {
   x_ = best_;
   evaluate(x_, u_);
+  if (result_.map > limits_.aim) find_faces();
 }
 
 }  // namespace amontons

@@ -45,7 +45,6 @@ class IslandSolver {
   void find_faces();
   bool newton_step();
   void follow_curve();
-  void go_to_best();
 
   Budget* budget_ = nullptr;
   const Reduction::Island* island_ = nullptr;

@@ -70,6 +70,7 @@ class Mechanism {
   };
 
   void analyse_pattern();
+  void solve(std::vector<double>& z) const;
   bool assemble_body(const Bodies& bodies, std::size_t body);
   void assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge);
   std::size_t node_of_joint(std::size_t joint) const { return K_.nodes() - joints_.size() + joint; }

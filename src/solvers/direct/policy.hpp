@@ -20,9 +20,9 @@ struct Policy {
 
   // Accuracy.
 
-  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of a bilateral
-  // row in K, the floor of the diagonal of W for immobile blocks, and t at the end of the curve. Redundant
-  // rows then have a pivot far above the terms that cancel there.
+  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of such a row in
+  // K, and the floor of the diagonal of W. At the end of the curve sqrt(t) is as small. Redundant rows then
+  // have a pivot far above the terms that cancel there.
   double rounding = 1e-13;
   // Natural map (tolerances): where islands stop. Newton steps cost microseconds, and a scene at rest starts
   // its next step with the answer (test_rest).
@@ -30,9 +30,9 @@ struct Policy {
   // Natural map (tolerances): target of islands, and of a first-order method on constrained bodies; the
   // remainder is left to the rounding of W and of K.
   double reduced_share = 0.9;
-  // Rounds (count): that remove the error of K in the true problem. Each refines bilateral impulses, whose
-  // convergence the least compliance of K slows if links have 1e-8 of the mass that they carry
-  // (test_light_bodies), or solves the islands again; masses of 1e8 : 1e-8 need three of these. Off: 0.
+  // Rounds (count): that remove the error of K in the true problem. A round refines bilateral impulses or
+  // solves the islands again; masses of 1e8 : 1e-8 need three of these. The least compliance of K slows the
+  // convergence if links have 1e-8 of the mass that they carry (test_light_bodies). Off: 0.
   int refinements = 6;
 
   // Search for faces.
