@@ -84,10 +84,8 @@ TEST(newton_by_rates_solves_the_same_inequality) {
         const Reduction::Island thin = island_on(7, contacts, held), full = dense(thin);
         std::vector<double> a, b;
         IslandSolver solver;
-        solver.begin(small::no_limit);
-        const auto by_rates = solver.solve(thin, law, {1e-9, 1e-12, 0}, a);
-        solver.begin(small::no_limit);
-        const auto by_rows = solver.solve(full, law, {1e-9, 1e-12, 0}, b);
+        const auto by_rates = solver.solve(thin, law, {1e-9, 1e-12, 0}, small::no_limit, a);
+        const auto by_rows = solver.solve(full, law, {1e-9, 1e-12, 0}, small::no_limit, b);
         CHECK(by_rates.solved && by_rows.solved);
         if (law == Law::coulomb) continue;  // its solution need not be unique
         const std::vector<double> u = velocities(full, a), reference = velocities(full, b);

@@ -63,7 +63,7 @@ def test_each_number_is_halved_doubled_and_switched_off(sensitivity):
     numbers = _core.policy()
     assert {name.rsplit(" ", 1)[0] for name in tried} == set(numbers)
     assert tried["step.closing off"] == 0
-    assert tried["direct.most_rounds half"] == 2
+    assert tried["curve.most_bend half"] == 0.35
     assert tried["step.closing twice"] == pytest.approx(2 * numbers["step.closing"])
     assert all(name.startswith("step.") for name in (v.number for v in sensitivity.values(["step"], [])))
 

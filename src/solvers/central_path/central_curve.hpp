@@ -109,8 +109,14 @@ inline constexpr double most_rise = 0.5, most_fall = 0.5, least_free = 0.5, far_
 // beyond: aim of a step, in distances to the boundary. neighbourhood: distance of one block to the curve
 // above which a step only goes back to the curve.
 inline constexpr double beyond = 2, neighbourhood = 2;
-// Halvings of a step; if the curve still bends too much, the last step is taken without the correction.
-inline constexpr int most_halvings = 6;
+// Halvings of a step; if the curve still bends too much, the last step is taken without the correction. Steps
+// back in a row; if they do not reach the curve, the last step along it was too long.
+inline constexpr int most_repeats = 6;
+
+// A full step leaves that share of the distance to the boundary.
+inline double least_share() { return 1 - policy.most_fraction; }
+// Also for a step that is no number.
+inline bool makes_no_progress(double step) { return !(step > least_share()); }
 
 }  // namespace curve
 
@@ -287,9 +293,9 @@ bool CentralCurve<System>::bend(Direction& d) {
 // A step back to the curve. If such steps do not reach it soon, the last step along it was too long.
 template <class System>
 bool CentralCurve<System>::back() {
-  if (++back_steps_ > curve::policy.most_back && step_ > 0) return shorten();
-  const double step = std::min(1.0, curve::policy.fraction_back * longest_step(back_));
-  if (!(step > curve::policy.shortest_step)) return false;
+  if (++back_steps_ > curve::most_repeats && step_ > 0) return shorten();
+  const double step = std::min(1.0, curve::policy.fraction * longest_step(back_));
+  if (curve::makes_no_progress(step)) return false;
   go(t_, back_.dt, step);
   return true;
 }
@@ -297,7 +303,7 @@ bool CentralCurve<System>::back() {
 template <class System>
 bool CentralCurve<System>::move(const Direction& d, double share) {
   step_ = std::min(1.0, share * longest_step(d));
-  if (!(step_ > curve::policy.shortest_step)) return false;
+  if (curve::makes_no_progress(step_)) return false;
   before_ = barriers_;
   t_before_ = t_;
   dt_ = d.dt;
@@ -309,7 +315,7 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
 template <class System>
 bool CentralCurve<System>::shorten() {
   step_ *= curve::shorter;
-  if (!(step_ > curve::policy.shortest_step)) return false;
+  if (curve::makes_no_progress(step_)) return false;
   back_steps_ = 0;
   barriers_ = before_;
   go(t_before_, dt_, step_);
@@ -338,8 +344,9 @@ bool CentralCurve<System>::find_directions() {
   return true;
 }
 
-// Factor of t that a step aims at first, from the length of the direction that stays inside (Mehrotra). It is
-// not positive if no step is possible.
+// Factor of t that a step aims at first, from the length of the direction that stays inside (Mehrotra). It
+// leaves at least as much of t as a step leaves of the distance to the boundary. It is not positive if no
+// step is possible.
 template <class System>
 double CentralCurve<System>::first_part(bool falls) {
   namespace c = curve;
@@ -347,7 +354,7 @@ double CentralCurve<System>::first_part(bool falls) {
   add(trial_, falls ? -1 : 1, along_);
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
-  const double part = falls ? 1 - std::max(rest * rest * rest, curve::policy.least_target) : c::most_rise;
+  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::most_rise;
   return std::min(part, c::beyond * free);
 }
 
@@ -374,7 +381,7 @@ bool CentralCurve<System>::step() {
     if (!bend(trial_)) return false;
     const double share = norm(corrected_) / (part * speed);
     const bool bends = share > curve::policy.most_bend;
-    const bool last = i == c::most_halvings, straight = last && bends;
+    const bool last = i == c::most_repeats, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
     if (last || (!bends && longest_step(trial_) > c::least_free))

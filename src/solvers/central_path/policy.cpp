@@ -11,10 +11,6 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named = name_policy("curve", {{"rounding", &policy.rounding},
                                                                  {"fraction", &policy.fraction},
                                                                  {"most_fraction", &policy.most_fraction},
-                                                                 {"fraction_back", &policy.fraction_back},
-                                                                 {"least_target", &policy.least_target},
-                                                                 {"most_bend", &policy.most_bend},
-                                                                 {"most_back", &policy.most_back},
-                                                                 {"shortest_step", &policy.shortest_step}});
+                                                                 {"most_bend", &policy.most_bend}});
 
 }  // namespace amontons::curve

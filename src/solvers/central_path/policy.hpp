@@ -9,23 +9,15 @@ struct Policy {
   // Kink (relative to t): radius by which the kink of the De Saxce term is rounded; 1 leaves two more
   // problems unsolved (tests/cpp/test_central_curve.cpp).
   double rounding = 0.8;
-  // Step (relative to the distance to the boundary): where the curve bends; 0.9 takes 3 % more
-  // factorisations.
+  // Step (relative to the distance to the boundary): where the curve bends, and back to the curve; 0.9 takes
+  // 3 % more factorisations. Back to the curve, 1 leaves eight more problems unsolved.
   double fraction = 0.8;
   // Step (relative to the distance to the boundary): where the curve hardly bends; usual for interior points.
+  // The share that it leaves is the least aim of a step, relative to t, and the length of a step that makes
+  // no progress.
   double most_fraction = 0.99;
-  // Step (relative to the distance to the boundary): back to the curve; 1 leaves eight more problems
-  // unsolved.
-  double fraction_back = 0.9;
-  // Aim of a step (relative to t): the smallest one; 0 takes 1 % more factorisations.
-  double least_target = 0.01;
   // Correction (relative to the step): a larger one halves the step; 0.5 takes 4 % more factorisations.
   double most_bend = 0.7;
-  // Steps back (count): in a row. If they do not reach the curve, the last step along it was too long.
-  // Without the bound 2 % more factorisations.
-  int most_back = 5;
-  // Step (relative): a shorter one makes no progress (tests/cpp/test_central_curve.cpp).
-  double shortest_step = 1e-4;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;

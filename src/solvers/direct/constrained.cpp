@@ -72,14 +72,9 @@ class ConstrainedRun final : public Run {
 }  // namespace
 
 bool ConstrainedProblem::make(const Problem& problem, Law law) {
-  // A system with constrained bodies is itself the rest of another problem.
-  const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || A->constrained) return false;
+  if (!mechanism_.factor_held(problem) || mechanism_.rows().size() == problem.rows()) return false;
   problem_ = &problem;
-  mechanism_.analyse(problem, Mechanism::Scope::held);
-  if (mechanism_.rows().empty() || mechanism_.rows().size() == problem.rows() ||
-      mechanism_.K().work() > direct::policy.most_factor_work || !mechanism_.factor(problem))
-    return false;
+  const auto* A = &std::get<ContactSystem>(problem.A);
   held_.clear();
   for (std::size_t i = 0; i < A->bodies.size(); ++i)
     if (mechanism_.place(static_cast<Index>(i)) >= 0) held_.push_back(static_cast<Index>(i));

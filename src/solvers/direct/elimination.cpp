@@ -70,7 +70,7 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
       for (std::size_t row : island.row) part.push_back(start[row]);
     const IslandSolver::Result result =
         small.solve(island, law_of(*problem, *options),
-                    {target[i], direct::policy.aim * even, options->max_iterations}, part);
+                    {target[i], direct::policy.aim * even, options->max_iterations}, *budget, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
@@ -113,17 +113,13 @@ double Elimination::Memory::complete(Solution& s) {
 // The matrices of all islands. Beside trees M^-1 is not block diagonal over bodies: there are no nodes for K,
 // and the bilateral rows leave each island by themselves.
 bool Elimination::Memory::reduce(const Problem& p) {
-  in_trees = trees.analyse(p, direct::policy.most_rows_on_joints);
+  in_trees = trees.analyse(p, direct::policy.most_rows);
   if (in_trees) {
     trees.factor(p);
     budget->spend(trees.work() / Budget::multiplications);
     return true;
   }
-  const bool on_joints = 2 * p.K.all<Bilateral>().size() > p.rows();
-  if (!reduction.analyse(p, on_joints ? direct::policy.most_rows_on_joints : direct::policy.most_rows,
-                         direct::policy.most_factor_work) ||
-      !reduction.factor(p))
-    return false;
+  if (!reduction.analyse(p, direct::policy.most_rows) || !reduction.factor(p)) return false;
   budget->spend(reduction.work() / Budget::multiplications);
   return true;
 }
@@ -138,7 +134,6 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
   m.whole = direct::policy.reduced_share * options.tolerance * m.scale;
-  m.small.begin(budget);
   // Reused, not replaced: its arrays keep their memory.
   s.phases.clear();
   s.history.clear();
@@ -151,9 +146,9 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   double bilateral = m.complete(s);
   // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
   // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
-  for (int round = 1;
-       round < direct::policy.most_rounds && s.residual > options.tolerance && m.solved() && !budget.late();
-       ++round) {
+  for (int k = 0;
+       k < direct::policy.refinements && s.residual > options.tolerance && m.solved() && !budget.late();
+       ++k) {
     for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
@@ -172,14 +167,8 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
 bool Elimination::fell_short() const { return !memory_->solved(); }
 
 bool Elimination::restore_joints(const Problem& problem, std::span<double> x) {
-  const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || A->constrained) return false;
-  Mechanism& mechanism = memory_->mechanism;
-  mechanism.analyse(problem, Mechanism::Scope::held);
-  if (mechanism.rows().empty() || mechanism.K().work() > direct::policy.most_factor_work ||
-      !mechanism.factor(problem))
-    return false;
-  mechanism.hold(problem, x, memory_->wrenches, memory_->z);
+  if (!memory_->mechanism.factor_held(problem)) return false;
+  memory_->mechanism.hold(problem, x, memory_->wrenches, memory_->z);
   return true;
 }
 

@@ -30,8 +30,7 @@ void IslandSolver::start(const Reduction::Island& island) {
     p_[block] = std::max(mean, floor);
   });
   result_ = {false, INFINITY, 0, 0};
-  work_ = paid_ = 0;
-  most_work_ = direct::policy.most_island_work + 2 * static_cast<std::uint64_t>(m) * m * m;
+  work_ = 0;
 }
 
 // u = W x + q. An island with more rows than coordinates has W in factors, and nothing else differs here.
@@ -39,11 +38,11 @@ void IslandSolver::evaluate(const std::vector<double>& x, std::vector<double>& u
   u = island_->q;
   const std::size_t m = x.size();
   if (!island_->thin.empty()) {
-    work_ += m * (2 * island_->thin.n + direct::policy.multiplications_per_row);
+    work_ += 2 * m * island_->thin.n;
     island_->thin.add_product(x, u);
     return;
   }
-  work_ += m * (m + direct::policy.multiplications_per_row);
+  work_ += m * m;
   AMONTONS_DISPATCH(add_product, u.data(), x.data(), island_->W.data(), m, m);
 }
 
@@ -67,22 +66,17 @@ double IslandSolver::keep_better(const std::vector<double>& x, const std::vector
   return map;
 }
 
-void IslandSolver::begin(Budget& budget) {
-  budget_ = &budget;
-  ended_ = false;
-  unpaid_ = 0;
-}
-
 IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law law, const Limits& limits,
-                                         std::vector<double>& x) {
+                                         Budget& budget, std::vector<double>& x) {
   law_ = law;
   limits_ = limits;
+  budget_ = &budget;
   start(island);
   choose_start(x);
   if (result_.map > limits_.aim) find_faces();
   if (result_.map > limits_.target) follow_curve();
   x = best_;
-  unpaid_ += work_ - paid_;
+  pay();
   result_.solved = result_.map <= limits_.target;
   return result_;
 }
@@ -102,18 +96,17 @@ void IslandSolver::choose_start(std::vector<double>& x) {
   u_.swap(trial_u_);
 }
 
+// Each step is charged before the next, so that a budget is passed by the work of one step at most.
 bool IslandSolver::has_budget() {
-  if (unpaid_ + work_ - paid_ >= direct::policy.unwatched_work) pay();
-  return !ended_ && work_ < most_work_ &&
-         (limits_.iterations == 0 || result_.iterations < limits_.iterations);
+  pay();
+  return (limits_.iterations == 0 || result_.iterations < limits_.iterations) && !budget_->exhausted() &&
+         !budget_->late() && !Interrupt::requested();
 }
 
-// Charges the work since the last call, and checks whether the allowance is used up.
+// Charges the work since the last call.
 void IslandSolver::pay() {
-  budget_->spend(static_cast<double>(unpaid_ + work_ - paid_) / multiplications_in_unit);
-  unpaid_ = 0;
-  paid_ = work_;
-  ended_ = ended_ || budget_->exhausted() || budget_->late() || Interrupt::requested();
+  budget_->spend(static_cast<double>(work_) / multiplications_in_unit);
+  work_ = 0;
 }
 
 // Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
@@ -121,15 +114,14 @@ void IslandSolver::pay() {
 // benchmarks/sensitivity.py beyond its noise (measured on 0a78fe4).
 void IslandSolver::find_faces() {
   std::size_t stale = 0;
-  for (std::size_t i = 0;
-       i < direct::policy.newton_steps && stale < direct::policy.stale_steps && has_budget(); ++i) {
+  for (std::size_t i = 0; i < direct::policy.most_steps && stale < direct::policy.stale_steps; ++i) {
+    if (!has_budget()) return;
     const double before = result_.map;
     if (!newton_step()) return;
     keep_better(x_, u_);
-    if (result_.map <= limits_.aim) return;
     // One more step after the target is reached: quadratic convergence brings it to rounding.
-    if (before <= limits_.target) return;
-    stale = result_.map < before ? 0 : stale + 1;
+    if (result_.map <= limits_.aim || before <= limits_.target) return;
+    if (!(result_.map < before)) ++stale;
   }
 }
 
@@ -148,18 +140,16 @@ bool IslandSolver::newton_step() {
 }
 
 // Follows the central curve. No search for faces on the way: nearly all Newton steps fail as long as faces
-// change, and cost more than further steps along the curve.
+// change, and cost more than further steps along the curve. A contact between two faces has x and w of the
+// size of sqrt(t), so that the curve ends where that is rounding.
 void IslandSolver::follow_curve() {
   const std::uint64_t m = x_.size();
   // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
   // over rows.
   const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
-  const double left_to_all = std::max(0.0, budget_->work_left()) * multiplications_in_unit;
-  if (static_cast<double>(direct::policy.curve_steps_in_reserve * work_of_step) > left_to_all) return;
-  most_work_ = work_ + direct::policy.most_curve_steps * work_of_step + direct::policy.most_island_work;
   system_.start(*island_, p_);
   curve_.start(system_, island_->K, law_);
-  for (std::size_t i = 0; i < direct::policy.most_curve_steps && is_unsolved(); ++i) {
+  for (std::size_t i = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += work_of_step;
@@ -168,15 +158,11 @@ void IslandSolver::follow_curve() {
     system_.units().to_impulses(x_);
     evaluate(x_, u_);
     keep_better(x_, u_);
-    if (curve_.t() < direct::policy.end_of_curve) break;
+    if (curve_.t() < direct::policy.rounding * direct::policy.rounding) break;
   }
-  go_to_best();
-  if (result_.map > limits_.aim) find_faces();
-}
-
-void IslandSolver::go_to_best() {
   x_ = best_;
   evaluate(x_, u_);
+  if (result_.map > limits_.aim) find_faces();
 }
 
 }  // namespace amontons

@@ -28,11 +28,10 @@ class IslandSolver {
     double map;   // natural map of the returned x, the best seen
     std::size_t iterations, factorizations;
   };
-  // Call before the first of several solves, which share the budget. No result depends on earlier
-  // calls: a simulation that was saved and loaded gives the same bits.
-  void begin(Budget& budget);
   // x: the start, if it has as many entries as the island has rows; then the best x seen. Its memory is kept.
-  Result solve(const Reduction::Island& island, Law law, const Limits& limits, std::vector<double>& x);
+  // No result depends on earlier calls: a simulation that was saved and loaded gives the same bits.
+  Result solve(const Reduction::Island& island, Law law, const Limits& limits, Budget& budget,
+               std::vector<double>& x);
 
  private:
   void start(const Reduction::Island& island);
@@ -46,7 +45,6 @@ class IslandSolver {
   void find_faces();
   bool newton_step();
   void follow_curve();
-  void go_to_best();
 
   Budget* budget_ = nullptr;
   const Reduction::Island* island_ = nullptr;
@@ -57,10 +55,8 @@ class IslandSolver {
   NewtonDirection newton_;
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;
-  // Multiplications: of this solve; the charged part of these; not yet charged from earlier solves; the
-  // limit. They exceed 32 bits, which std::size_t has in WebAssembly.
-  std::uint64_t work_ = 0, paid_ = 0, unpaid_ = 0, most_work_ = 0;
-  bool ended_ = false;  // no work or time is left, or the user interrupts
+  // Multiplications that are not charged yet. They may exceed 32 bits, which std::size_t has in WebAssembly.
+  std::uint64_t work_ = 0;
   Result result_{};
 };
 

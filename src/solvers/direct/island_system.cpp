@@ -9,7 +9,8 @@ namespace amontons {
 void IslandSystem::start(const Reduction::Island& island, std::span<const double> mobility) {
   K_ = &island.K;
   units_.make(*K_, island.q, mobility);
-  set_q(island.q);
+  q_ = island.q;
+  units_.from_velocities(q_);
   const std::size_t m = island.rows();
   if (island.thin.empty())
     W_ = island.W;
@@ -28,11 +29,6 @@ void IslandSystem::start(const Reduction::Island& island, std::span<const double
         W_[m * j + i] *= units_.root(block);
       }
   });
-}
-
-void IslandSystem::set_q(std::span<const double> q) {
-  q_.assign(q.begin(), q.end());
-  units_.from_velocities(q_);
 }
 
 void IslandSystem::product(std::span<const double> x, std::span<double> u) const {

@@ -14,9 +14,6 @@ class IslandSystem {
   // mobility: the mean of diag(W) per block, positive (1/kg).
   void start(const Reduction::Island& island, std::span<const double> mobility);
 
-  // Replaces q, the velocities u at zero impulses (m/s).
-  void set_q(std::span<const double> q);
-
   const CurveUnits& units() const { return units_; }
   std::size_t offset(std::size_t block) const { return offset_[block]; }
   std::size_t size() const { return offset_.back(); }

@@ -107,6 +107,14 @@ void Mechanism::analyse_pattern() {
   analysed_link_ = link_;
 }
 
+// A system with constrained bodies is itself the rest of another problem.
+bool Mechanism::factor_held(const Problem& problem) {
+  const auto* A = std::get_if<ContactSystem>(&problem.A);
+  if (!A || A->constrained) return false;
+  analyse(problem, Scope::held);
+  return !row_.empty() && takes_little() && factor(problem);
+}
+
 // M of the body. A body that only turns, or does not turn, has a unit entry in place of its infinite mass or
 // inertia. The columns of D are zero there (assemble_joint).
 bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
@@ -183,6 +191,11 @@ void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, st
   }
 }
 
+void Mechanism::solve(std::vector<double>& z) const {
+  K_.forward(z.data());
+  K_.backward(z.data());
+}
+
 // v of K (v, -x_f) = (w, 0): joints react to w as in the whole problem. b_f = 0, because the result is only
 // the change of the velocities.
 void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
@@ -194,8 +207,7 @@ void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, doubl
     keep_moving(bodies, static_cast<std::size_t>(body[i]), d);
     std::copy_n(d.begin(), width, &z[width * static_cast<std::size_t>(place_[body[i]])]);
   }
-  K_.forward(z.data());
-  K_.backward(z.data());
+  solve(z);
   for (std::size_t i = 0; i < body.size(); ++i)
     std::copy_n(&z[width * static_cast<std::size_t>(place_[body[i]])], width, w + width * i);
 }
@@ -209,16 +221,14 @@ void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<do
   amontons::add_impulses(A, x, w);
   right_side(problem.b, z);
   add_wrenches(A.bodies, w, z);
-  K_.forward(z.data());
-  K_.backward(z.data());
+  solve(z);
   add_impulses(z, x);
 }
 
 // K (v, -dx_f) = (0, -u_f): impulses that make u_f zero, including their effect on the mechanism's bodies.
 void Mechanism::correct(std::span<const double> u, std::span<double> x, std::vector<double>& z) const {
   right_side(u, z);
-  K_.forward(z.data());
-  K_.backward(z.data());
+  solve(z);
   add_impulses(z, x);
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "amontons/problem/problem.hpp"
+#include "solvers/direct/policy.hpp"
 #include "solvers/linear/quasidefinite.hpp"
 
 namespace amontons {
@@ -23,9 +24,13 @@ class Mechanism {
   // Takes the bilateral rows of the problem, which has a ContactSystem. K is analysed again if bodies or
   // links differ from the last call.
   void analyse(const Problem& problem, Scope scope = Scope::all);
+  bool takes_little() const { return K_.work() <= direct::policy.most_factor_work; }
   // Assembles and factors K. False if a pivot fails: for a body that turns about some axes only, or for
   // dependent bilateral rows that rounding makes indefinite.
   bool factor(const Problem& problem);
+  // Analyses and factors the bilateral rows with their bodies. False where there are none, for constrained
+  // bodies, and where K takes much work or has no factorisation.
+  bool factor_held(const Problem& problem);
 
   const QuasidefiniteFactor& K() const { return K_; }
   // Place of a body in the order of K; -1 for the world and for bodies that impulses do not move.
@@ -65,6 +70,7 @@ class Mechanism {
   };
 
   void analyse_pattern();
+  void solve(std::vector<double>& z) const;
   bool assemble_body(const Bodies& bodies, std::size_t body);
   void assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge);
   std::size_t node_of_joint(std::size_t joint) const { return K_.nodes() - joints_.size() + joint; }

@@ -4,67 +4,35 @@
 #include "solvers/direct/reduction.hpp"
 
 #include <algorithm>
-#include <numeric>
-#include <tuple>
 
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
 
-bool Reduction::analyse(const Problem& problem, std::size_t most_rows, double most_work) {
+bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained) return false;
   mechanism_.analyse(problem);
-  return mechanism_.K().work() <= most_work && find_islands(problem, most_rows);
+  return mechanism_.takes_little() && find_islands(problem, most_rows);
 }
 
-// Union-find over mechanisms, each represented by its root, with one more node for blocks without a moving
-// body. Islands are numbered in the order of their first blocks.
+// The nodes are mechanisms, each represented by its root.
 bool Reduction::find_islands(const Problem& problem, std::size_t most_rows) {
-  rest_.clear();
-  for (const SetRun& run : problem.K.runs()) {
-    if (run.kind == kind_of<Bilateral>) continue;
-    std::size_t dim = 0;
-    visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const ContactGraph::Link& link = problem.graph.links[run.block + i];
-      const Index a = mechanism_.place(link.a), b = mechanism_.place(link.b);
-      rest_.push_back({run.block + i, run.row + dim * i, dim, run.kind, run.first + i, a, b,
-                       a < 0   ? b
-                       : b < 0 ? a
-                               : std::min(a, b),
-                       0});
-    }
-  }
-  const Index none = static_cast<Index>(mechanism_.K().nodes());
-  parent_.resize(static_cast<std::size_t>(none) + 1);
-  std::iota(parent_.begin(), parent_.end(), 0);
-  const auto root = [&](Index place) {
-    Index i = place < 0 ? none : mechanism_.root(place);
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
+  const auto node = [this](Index body) {
+    const Index place = mechanism_.place(body);
+    return place < 0 ? place : mechanism_.root(place);
   };
-  for (const Rest& r : rest_)
-    if (r.a >= 0 && r.b >= 0) parent_[root(r.a)] = root(r.b);
-  number_.assign(parent_.size(), -1);
-  first_column_.assign(1, 0);
-  for (Rest& r : rest_) {
-    Index& mine = number_[root(r.first)];
-    if (mine < 0) {
-      mine = static_cast<Index>(first_column_.size()) - 1;
-      first_column_.push_back(0);
-    }
-    r.island = mine;
-    first_column_[mine + 1] += r.dim;
-  }
-  count_ = first_column_.size() - 1;
+  const auto first = [this](const ContactGraph::Link& link) {
+    const Index a = mechanism_.place(link.a), b = mechanism_.place(link.b);
+    return a < 0 || b < 0 ? std::max(a, b) : std::min(a, b);
+  };
+  count_ = sort_into_islands(problem, false, mechanism_.K().nodes(), node, first, rest_);
+  first_column_.assign(count_ + 1, 0);
+  for (const IslandBlock& r : rest_) first_column_[r.island + 1] += r.dim;
   for (std::size_t i = 0; i < count_; ++i) {
     if (first_column_[i + 1] > most_rows) return false;
     first_column_[i + 1] += first_column_[i];
   }
-  std::sort(rest_.begin(), rest_.end(), [](const Rest& a, const Rest& b) {
-    return std::tie(a.island, a.first, a.block) < std::tie(b.island, b.first, b.block);
-  });
   return true;
 }
 
@@ -73,7 +41,7 @@ bool Reduction::factor(const Problem& problem) {
   mechanism_.right_side(problem.b, y_);
   mechanism_.K().forward(y_.data());
   fill_islands(problem);
-  place_columns();
+  place_columns(problem);
   start_columns(problem);
   sweep();
   return true;
@@ -99,37 +67,47 @@ void Reduction::fill_islands(const Problem& problem) {
   for (std::size_t i = 0; i < count_; ++i) {
     Island& island = islands_[i];
     const std::size_t m = first_column_[i + 1] - first_column_[i];
-    island.K.clear();
-    island.q.clear();
-    island.P.clear();
-    island.row.clear();
+    island.clear();
     island.W.assign(m * m, 0.0);
   }
-  for (const Rest& r : rest_) {
+  for (const IslandBlock& r : rest_) {
     Island& island = islands_[r.island];
-    visit_kind(r.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[r.set]); });
-    island.P.push_back(problem.P[r.block]);
     const std::size_t m = first_column_[r.island + 1] - first_column_[r.island];
-    for (std::size_t k = 0; k < r.dim; ++k) {
-      const std::size_t row = r.row + k;
-      island.W[(m + 1) * island.row.size()] =
-          row < contact_rows ? A.contact_compliance[r.block] : A.compliance[row - contact_rows];
-      island.row.push_back(row);
-      island.q.push_back(problem.b[row]);
-    }
+    for (std::size_t k = 0; k < r.dim; ++k)
+      island.W[(m + 1) * (island.rows() + k)] =
+          r.row < contact_rows ? A.contact_compliance[r.block] : A.compliance[r.row + k - contact_rows];
+    island.add(problem, r);
+  }
+}
+
+void Reduction::Island::clear() {
+  K.clear();
+  q.clear();
+  P.clear();
+  row.clear();
+}
+
+void Reduction::Island::add(const Problem& problem, const IslandBlock& b) {
+  visit_kind(b.kind, [&]<class S>() { K.append(problem.K.all<S>()[b.set]); });
+  P.push_back(problem.P[b.block]);
+  for (std::size_t i = b.row; i < b.row + b.dim; ++i) {
+    row.push_back(i);
+    q.push_back(problem.b[i]);
   }
 }
 
 // The range of a node is the hull of the ranges of its children and of the columns that begin there. Columns
 // of one island are adjacent, so no range contains columns of two islands.
-void Reduction::place_columns() {
+void Reduction::place_columns(const Problem& problem) {
   const QuasidefiniteFactor& K = mechanism_.K();
   // An empty range: its first column is after its last.
   range_.assign(K.nodes(), {~std::size_t{0}, 0, 0});
   island_of_node_.assign(K.nodes(), -1);
   std::size_t column = 0;
-  for (const Rest& r : rest_) {
-    for (Index place : {r.a, r.b}) {
+  for (const IslandBlock& r : rest_) {
+    const ContactGraph::Link& link = problem.graph.links[r.block];
+    for (const Index body : {link.a, link.b}) {
+      const Index place = mechanism_.place(body);
       if (place < 0) continue;
       Range& range = range_[place];
       range.first = std::min(range.first, column);
@@ -159,7 +137,7 @@ void Reduction::start_columns(const Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   std::size_t column = 0;
-  for (const Rest& r : rest_) {
+  for (const IslandBlock& r : rest_) {
     if (r.row < contact_rows) {
       const Contact& c = A.contacts[r.block];
       const ContactBasis basis(c);

@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "solvers/direct/island_blocks.hpp"
 #include "solvers/direct/mechanism.hpp"
 #include "solvers/direct/thin_matrix.hpp"
 
@@ -29,14 +30,17 @@ class Reduction {
     std::vector<std::size_t> row;
     std::size_t rows() const { return row.size(); }
     double diagonal(std::size_t i) const { return thin.empty() ? W[(rows() + 1) * i] : thin.diagonal(i); }
+    void clear();
+    // Adds a set, its P and its rows of q = b; W is left to the caller.
+    void add(const Problem& problem, const IslandBlock& b);
     // Given x and the u of the problem at x, moves q so that W x + q = u there.
     void shift(std::span<const double> x, std::span<const double> u);
   };
 
   // Finds the islands and analyses K. False where elimination does not apply: for a matrix or a function in
-  // place of bodies. It does not apply either to an island of more than `most_rows` rows, or a factorisation
-  // of more than `most_work` multiplications.
-  bool analyse(const Problem& problem, std::size_t most_rows, double most_work);
+  // place of bodies. It does not apply either to an island of more than `most_rows` rows, or where K takes
+  // much work.
+  bool analyse(const Problem& problem, std::size_t most_rows);
   // W and q; false if K has no factorisation.
   bool factor(const Problem& problem);
 
@@ -53,12 +57,6 @@ class Reduction {
 
  private:
   static constexpr std::size_t width = QuasidefiniteFactor::width;
-  // A remaining block: number `set` of its kind; places of its bodies in the order of K; the first of these
-  // places.
-  struct Rest {
-    std::size_t block, row, dim, kind, set;
-    Index a, b, first, island;
-  };
   // Columns [first, last) pass a node; its six rows of that length begin at `at`. Zeros pad the rows to whole
   // vectors, so that loops need no remainder.
   struct Range {
@@ -70,15 +68,14 @@ class Reduction {
 
   bool find_islands(const Problem& problem, std::size_t most_rows);
   void fill_islands(const Problem& problem);
-  void place_columns();
+  void place_columns(const Problem& problem);
   void start_columns(const Problem& problem);
   void start_column(const Bodies& bodies, const JacobianRow& D, std::size_t column);
   void sweep();
   void add_products(std::size_t node, const Range& range);
 
   Mechanism mechanism_;
-  std::vector<Rest> rest_;
-  std::vector<Index> parent_, number_;
+  std::vector<IslandBlock> rest_;  // their places: the first of the places of their bodies in the order of K
   std::size_t count_ = 0;
   std::vector<Island> islands_;
   // Columns of Y: the first of each island. Nodes: range and island.

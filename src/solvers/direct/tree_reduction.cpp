@@ -9,8 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
@@ -41,57 +39,23 @@ Index TreeReduction::node_of(Index body) const {
   return free_number_[body] < 0 ? -1 : static_cast<Index>(tree_count_) + free_number_[body];
 }
 
-// Union-find over the nodes. Islands are numbered in the order of their first blocks. Blocks are sorted by
-// island, place and number, so that the bits depend on the problem only.
 bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || !A->constrained || !A->constrained->linkage) return false;
   trees_ = A->constrained->linkage.get();
   number_nodes(problem);
-  leader_.resize(tree_count_ + free_count_ + 1);
-  std::iota(leader_.begin(), leader_.end(), 0);
-  const auto leader = [&](Index node) {
-    Index i = node < 0 ? static_cast<Index>(leader_.size()) - 1 : node;
-    while (leader_[i] != i) i = leader_[i] = leader_[leader_[i]];
-    return i;
-  };
   const auto place = [&](Index body) -> Index {
     if (body < 0) return -1;
     if (const Index i = trees_->place_of(body); i >= 0) return trees_->last[i];
     return static_cast<Index>(trees_->coordinates()) + free_number_[body];
   };
-  const auto is_free = [&](Index body) { return body >= 0 && free_number_[body] >= 0; };
-  blocks_.clear();
-  for (const SetRun& run : problem.K.runs()) {
-    std::size_t dim = 0;
-    visit_kind(run.kind, [&]<class S>() { dim = S::dim; });
-    for (std::size_t i = 0; i < run.count; ++i) {
-      const std::size_t block = run.block + i;
-      const ContactGraph::Link& link = problem.graph.links[block];
-      const Index a = node_of(link.a), b = node_of(link.b);
-      blocks_.push_back({block, run.row + dim * i, dim, run.kind, run.first + i, a < 0 ? b : a,
-                         std::max(place(link.a), place(link.b)), is_free(link.a) || is_free(link.b)});
-      if (a >= 0 && b >= 0) leader_[leader(a)] = leader(b);
-    }
-  }
-  number_.assign(leader_.size(), -1);
-  std::vector<std::size_t>&size = used_, &held = order_;
-  size.clear();
-  held.clear();
-  for (Block& b : blocks_) {
-    Index& mine = number_[leader(b.island)];
-    if (mine < 0) {
-      mine = static_cast<Index>(size.size());
-      size.push_back(0);
-      held.push_back(0);
-    }
-    b.island = mine;
-    if (((b.kind == kind_of<Bilateral> ? held : size)[mine] += b.dim) > most_rows) return false;
-  }
-  count_ = size.size();
-  std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
-    return std::tie(a.island, a.place, a.block) < std::tie(b.island, b.place, b.block);
-  });
+  const auto last = [&](const ContactGraph::Link& link) { return std::max(place(link.a), place(link.b)); };
+  count_ = sort_into_islands(
+      problem, true, tree_count_ + free_count_, [this](Index b) { return node_of(b); }, last, blocks_);
+  std::vector<std::size_t>& rows = used_;  // of each island: bilateral ones, others
+  rows.assign(2 * count_, 0);
+  for (const IslandBlock& b : blocks_)
+    if ((rows[2 * static_cast<std::size_t>(b.island) + !b.bilateral()] += b.dim) > most_rows) return false;
   return true;
 }
 
@@ -126,27 +90,21 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
                                 std::size_t last) {
   Reduction::Island& island = islands_[number];
   Held& held = held_[number];
-  island.K.clear();
-  island.P.clear();
-  island.row.clear();
-  island.q.clear();
+  island.clear();
   held.row.clear();
   row_.clear();
   for (std::size_t i = first; i < last; ++i) {
-    const Block& b = blocks_[i];
-    const bool bilateral = b.kind == kind_of<Bilateral>;
-    if (!bilateral) {
-      visit_kind(b.kind, [&]<class S>() { island.K.append(problem.K.all<S>()[b.set]); });
-      island.P.push_back(problem.P[b.block]);
-    }
+    const IslandBlock& b = blocks_[i];
+    const std::vector<std::size_t>& rows = b.bilateral() ? held.row : island.row;
     for (std::size_t k = 0; k < b.dim; ++k) {
-      std::vector<std::size_t>& rows = bilateral ? held.row : island.row;
-      const auto place = static_cast<std::ptrdiff_t>(rows.size());
-      row_.push_back(bilateral ? -1 - place : place);
-      rows.push_back(b.row + k);
+      const auto place = static_cast<std::ptrdiff_t>(rows.size() + k);
+      row_.push_back(b.bilateral() ? -1 - place : place);
     }
+    if (b.bilateral())
+      for (std::size_t k = 0; k < b.dim; ++k) held.row.push_back(b.row + k);
+    else
+      island.add(problem, b);
   }
-  for (const std::size_t row : island.row) island.q.push_back(problem.b[row]);
   find_used(problem, first, last);
   if (is_thin(island.row.size(), used_.size()))
     fill_thin(problem, held, island, first, last);
@@ -166,12 +124,12 @@ void TreeReduction::find_used(const Problem& problem, std::size_t first, std::si
     used_.push_back(k);
   };
   for (std::size_t i = first; i < last; ++i) {
-    const Block& b = blocks_[i];
+    const IslandBlock& b = blocks_[i];
     for (std::size_t entry = A.half.first[b.row]; entry < A.half.first[b.row + b.dim]; ++entry)
       use(static_cast<std::size_t>(A.half.coordinate[entry]));
     const ContactGraph::Link& link = problem.graph.links[b.block];
     for (const Index body : {link.a, link.b})
-      if (body >= 0 && free_number_[body] >= 0)
+      if (is_free(body))
         for (std::size_t k = 0; k < 6; ++k) use(first_of_free(body) + k);
   }
   std::sort(used_.begin(), used_.end());
@@ -188,14 +146,16 @@ void TreeReduction::visit_rows(const Problem& problem, std::size_t first, std::s
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   std::size_t column = 0;
   for (std::size_t i = first; i < last; ++i) {
-    const Block& b = blocks_[i];
+    const IslandBlock& b = blocks_[i];
+    const ContactGraph::Link& link = problem.graph.links[b.block];
+    const bool free = is_free(link.a) || is_free(link.b);
     for (std::size_t k = 0; k < b.dim; ++k, ++column) {
       const std::size_t row = b.row + k;
       const bool contact = row < contact_rows;
       begin(column, contact ? A.contact_compliance[b.block] : A.compliance[row - contact_rows]);
       for (std::size_t entry = A.half.first[row]; entry < A.half.first[row + 1]; ++entry)
         put(static_cast<std::size_t>(A.half.coordinate[entry]), A.half.value[entry]);
-      if (b.free)
+      if (free)
         put_free(A.bodies,
                  contact ? jacobian_row(A.contacts[b.block], ContactBasis(A.contacts[b.block]),
                                         static_cast<int>(k))
@@ -422,7 +382,7 @@ void TreeReduction::put_free(const Bodies& bodies, const JacobianRow& row, const
 template <class Put>
 void TreeReduction::put_free(const Bodies& bodies, Index body, const std::array<double, 6>& j,
                              const Put& put) const {
-  if (body < 0 || free_number_[body] < 0) return;
+  if (!is_free(body)) return;
   const std::size_t at = first_of_free(body);
   const double root = std::sqrt(bodies.inverse_mass[body]);
   for (std::size_t k = 0; k < 3; ++k) put(at + k, root * j[k]);

@@ -35,11 +35,6 @@ class TreeReduction {
  private:
   static constexpr std::size_t lanes = 8;  // not tuned: entries of a vector register
   static constexpr std::size_t group = 6;  // not tuned: rows of a kernel
-  struct Block {
-    std::size_t block, row, dim, kind, set;
-    Index island, place;  // the last coordinate that moves one of its bodies; free bodies come after trees
-    bool free;            // whether a body is free
-  };
   // The bilateral rows of an island: numbers in the problem; (U Z y) or, beside a thin W, (U V y) by rows,
   // `stride` apart.
   struct Held {
@@ -54,6 +49,7 @@ class TreeReduction {
 
   void number_nodes(const Problem& problem);
   Index node_of(Index body) const;
+  bool is_free(Index body) const { return body >= 0 && free_number_[body] >= 0; }
   std::size_t first_of_free(Index body) const {
     return trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);
   }
@@ -80,8 +76,8 @@ class TreeReduction {
   std::vector<Index> tree_of_;      // per coordinate: number of its tree
   std::vector<Index> free_number_;  // per body: its number among free bodies that move, else -1
   std::size_t free_count_ = 0, tree_count_ = 0;
-  std::vector<Index> leader_, number_;
-  std::vector<Block> blocks_;
+  // Their places: the last coordinate that moves one of their bodies; free bodies come after trees.
+  std::vector<IslandBlock> blocks_;
   std::size_t count_ = 0, stride_ = 0;
   std::vector<Reduction::Island> islands_;
   std::vector<Held> held_;
