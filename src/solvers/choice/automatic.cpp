@@ -222,15 +222,10 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
 // sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
 // the last digits. If it fails, P-SPG-FB continues.
 Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
-  constexpr const char* faces = "finds the faces that hold the path back";
-  Field field{in_order(start_central_path, "follows the central path"),
-              in_order(start_newton, faces, choice::policy.first_turn)};
-  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) {
-    field.push_back(
-        in_order(start_path_of_frozen_terms, "another path, the De Saxce term held in each step"));
-    field.push_back(in_order(start_newton, faces, choice::policy.first_turn));
-  }
-  field.push_back(in_order(start_spg, "takes the last digits"));
+  const Field field{
+      in_order(start_central_path, "follows the central path"),
+      in_order(start_newton, "finds the faces that hold the path back", choice::policy.first_turn),
+      in_order(start_spg, "takes the last digits")};
   return race(problem, options, budget, field, {}, Budget::unlimited);
 }
 
