@@ -72,10 +72,10 @@ AUTO = {
         "Otherwise: solve each island by itself, directly if it is small, or by one of these races:",
     ),
 }
-AUTO_PASSED = {"name_elimination", "usual", "late"}
+AUTO_PASSED = {"name_elimination"}
 GROUPS = {
     "linear_field": "Race for linear systems",
-    "add_first_order": "Race: methods that only need products",
+    "first_order": "Race: methods that only need products",
     "add_factoring": "Same race: methods that factor A, if it is not too large",
 }
 METHODS = {"spg": "p-spg-fb", "central_path": "interior-point"}
@@ -137,7 +137,7 @@ def auto(root: Path) -> str:
     found = calls(body(source, signature))
     order = described(found, AUTO, declared([source, *headers]), AUTO_PASSED)
     numbers = {
-        "large_linear_system": constant(root / "src/solvers/choice/policy.hpp", "large_linear_system"),
+        "large_linear_system": constant(root / "src/solvers/choice/policy.hpp", "most_rows"),
         "most_rows": constant(root / "src/solvers/direct/policy.hpp", "most_rows"),
     }
     drawing = Drawing("How auto chooses a method")

@@ -39,43 +39,40 @@ struct Runner {
     double spent, residual;
   };
   std::vector<Mark> marks;
-  std::vector<double> x0;
-  // Its last x, once it has started and stalled.
-  std::vector<double> end;
+  // Its first x, and its last one once it has ended.
+  std::vector<double> x0, end;
   // Start of the run after the start of the race (s); number of its records in the history.
   double started_after = 0;
   std::size_t seen = 0;
   // Index of its record among the phases.
   std::size_t record = 0;
 
-  double spent(const FactorCost& factor) const {
-    return static_cast<double>(run->products()) * of->product +
-           static_cast<double>(run->factorizations()) * factor.nominal;
+  bool factors() const { return of->factorizations > 0; }
+  double spent(const Costs& costs) const {
+    return factors() ? static_cast<double>(run->factorizations()) * costs.factorization
+                     : static_cast<double>(run->products()) * costs.product;
   }
   // Whether it may start: only once. A contender that continues from the end of another one waits for it.
-  bool may_start() const {
-    return !run && end.empty() && (of->from != Contender::From::previous || !(this - 1)->end.empty());
+  bool may_start() const { return !run && end.empty() && (!of->after_previous || !(this - 1)->end.empty()); }
+  double prior(const Costs& costs) const {
+    return of->products * costs.product + of->factorizations * costs.factorization;
   }
-  double prior(const FactorCost& factor) const {
-    return of->products * of->product + of->factorizations * factor.nominal;
-  }
-  double expected(double tolerance, const FactorCost& factor) const;
+  double expected(double tolerance, const Costs& costs) const;
 };
 
 // Nominal cost from here to the tolerance. The first expectation holds until it is used up. Then the residual
 // r at the total work w and the residual r_h at half of it give a rate, log(r_h / r) per w / 2.
-double Runner::expected(double tolerance, const FactorCost& factor) const {
-  if (!run) return prior(factor);
+double Runner::expected(double tolerance, const Costs& costs) const {
+  if (!run) return prior(costs);
   const Mark& now = marks.back();
   // Factoring methods gain most at the end, so they are given the whole expected work. Other methods show
   // their rate at once.
-  const double before = of->factorizations > 0 ? prior(factor) : 0;
+  const double before = factors() ? prior(costs) : 0;
   if (now.spent < before) return before - now.spent;
   const Mark* half = &marks.front();
   for (const Mark& mark : marks)
     if (mark.spent <= 0.5 * now.spent) half = &mark;
-  const double progress =
-      std::max(elementary::log(half->residual / now.residual), choice::policy.least_progress);
+  const double progress = std::max(elementary::log(half->residual / now.residual), choice::policy.turn);
   const double left =
       elementary::log(now.residual / std::max(tolerance, 1e-16));  // not tuned: the rounding of a residual
   return (now.spent - half->spent) * left / progress;
@@ -84,20 +81,20 @@ double Runner::expected(double tolerance, const FactorCost& factor) const {
 class Race {
  public:
   Race(const Problem& problem, const Options& options, Budget& budget,
-       const std::vector<Contender>& contenders, FactorCost factor, double work, ConstrainedProblem* rest)
-      : problem_(problem), options_(options), budget_(budget), rest_(rest), factor_(factor) {
-    const bool limited = options.max_iterations > 0 || std::isfinite(budget.left());
-    work_ = limited ? std::numeric_limits<double>::infinity() : work;
+       const std::vector<Contender>& contenders, const Costs& costs, double work, ConstrainedProblem* rest)
+      : problem_(problem), options_(options), budget_(budget), rest_(rest), costs_(costs) {
+    constexpr double unlimited = std::numeric_limits<double>::infinity();
+    work_ = options.max_iterations > 0 || std::isfinite(budget.left()) ? unlimited : work;
+    total_.residual = unlimited;
     runners_.resize(contenders.size());
     for (std::size_t i = 0; i < contenders.size(); ++i) runners_[i].of = &contenders[i];
-    if (options.callback)
-      watch_ = [this](const IterationRecord& record) { return options_.callback(among_all(record)); };
   }
 
   Solution run() {
-    while (Runner* next = favourite()) {
+    while (!ended_) {
+      Runner* next = favourite();
+      if (!next) break;
       turn(*next);
-      if (ended_) break;
     }
     return result();
   }
@@ -106,20 +103,23 @@ class Race {
   Runner* favourite();
   double analysed() const;
   void turn(Runner& r);
-  void count_others(const Runner& r);
   void start(Runner& r);
-  void end(Runner& r);
-  IterationRecord among_all(IterationRecord record);
+  Status finish(Runner& r);
+  IterationRecord among_all(IterationRecord record) const;
   Solution result();
 
   std::size_t iterations_left() const {
     return options_.max_iterations ? options_.max_iterations - std::min(iterations_, options_.max_iterations)
                                    : std::numeric_limits<std::size_t>::max();
   }
-  double best_residual() const {
-    double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
-    for (const Runner& r : runners_)
-      if (r.run) best = std::min(best, r.run->best_residual());
+  // The running contender with the best residual; null if one that has ended is as good.
+  Runner* leader() {
+    Runner* best = nullptr;
+    for (Runner& r : runners_) {
+      if (!r.run) continue;
+      const bool first = !best && total_.x.empty();
+      if (first || r.run->best_residual() < (best ? best->run->best_residual() : total_.residual)) best = &r;
+    }
     return best;
   }
 
@@ -127,19 +127,17 @@ class Race {
   const Options& options_;
   Budget& budget_;
   ConstrainedProblem* rest_;
-  FactorCost factor_;
+  Costs costs_;
   const Time clock_ = std::chrono::steady_clock::now();
-  std::function<bool(const IterationRecord&)> watch_;
   std::vector<Runner> runners_;
   // The best of the contenders that have ended, and the records of all.
   Solution total_;
   std::optional<Status> ended_;
   double work_, spent_ = 0;
   std::size_t iterations_ = 0;
-  // Counts of all contenders except the current one, for its records.
-  std::size_t other_iterations_ = 0, other_products_ = 0;
-  double now_started_ = 0;  // start of the current contender (s)
-  double best_before_ = std::numeric_limits<double>::infinity();
+  // Totals that the records of the current turn continue: iterations and products of the other contenders,
+  // the start of the current one (s), and the best residual before the turn.
+  IterationRecord others_{};
 };
 
 // The analysis takes as long as some hundred iterations. Without time for it there is none for a
@@ -148,7 +146,7 @@ double Race::analysed() const {
   constexpr double never = 1e18;  // ns; not tuned: thirty years
   const LeaveScope scope(budget_);
   try {
-    return factor_.analyse(problem_);
+    return costs_.analyse(problem_);
   } catch (const LeftEarly&) {
     return never;
   }
@@ -161,133 +159,113 @@ Runner* Race::favourite() {
   for (Runner& r : runners_) {
     if (!r.run && !r.may_start()) continue;
     // A deadline during a factorisation would leave the caller without a result.
-    if (r.of->factorizations > 0 && 2 * factor_.nominal > time_left) continue;
-    const double expected = r.expected(options_.tolerance, factor_);
+    if (r.factors() && 2 * costs_.factorization > time_left) continue;
+    const double expected = r.expected(options_.tolerance, costs_);
     if (expected < least) {
       least = expected;
       favourite = &r;
     }
   }
   // Only now the true cost of the factorisations is worth an analysis.
-  if (favourite && favourite->of->factorizations > 0 && factor_.analyse) {
-    factor_.nominal = analysed();
-    factor_.analyse = nullptr;
+  if (favourite && favourite->factors() && costs_.analyse) {
+    costs_.factorization = analysed();
+    costs_.analyse = nullptr;
     return this->favourite();
   }
   return favourite;
 }
 
-// A contender starts from the best x of all, as a run of its own within the caller's limits.
+// A run of its own within the caller's limits. A method after another one starts from its end, because near
+// the best x Coulomb's law may have no solution.
 void Race::start(Runner& r) {
   Options o = options_;
-  if (watch_) o.callback = watch_;
+  if (options_.callback)
+    o.callback = [this](const IterationRecord& record) { return options_.callback(among_all(record)); };
   o.max_iterations = r.of->limit ? std::min(r.of->limit, iterations_left()) : options_.max_iterations;
-  const Runner* from = nullptr;
-  double best = total_.x.empty() ? std::numeric_limits<double>::infinity() : total_.residual;
-  for (const Runner& other : runners_)
-    if (other.run && other.run->best_residual() < best) {
-      best = other.run->best_residual();
-      from = &other;
-    }
-  if (r.of->from == Contender::From::previous) {
-    o.x0 = (&r - 1)->end;
-  } else if (r.of->from == Contender::From::best && std::isfinite(best)) {
-    if (from)
-      from->run->best(r.x0);
-    else
-      r.x0 = total_.x;
-    o.x0 = r.x0;
-  }
-  r.seen = 0;
-  r.run =
-      rest_ && r.of->constrained ? rest_->start(r.of->start, o, budget_) : r.of->start(problem_, o, budget_);
+  if (r.of->after_previous)
+    r.x0 = (&r - 1)->end;
+  else if (Runner* from = leader())
+    from->run->best(r.x0);
+  else
+    r.x0 = total_.x;
+  if (!r.x0.empty()) o.x0 = r.x0;
+  r.run = rest_ && !r.factors() ? rest_->start(r.of->start, o, budget_) : r.of->start(problem_, o, budget_);
   r.started_after = std::chrono::duration<double>(r.run->started() - clock_).count();
-  r.marks.clear();
   r.record = total_.phases.size();
   total_.phases.push_back({r.run->name(), r.of->why, 0, 0});
 }
 
 void Race::turn(Runner& r) {
-  count_others(r);
-  best_before_ = best_residual();
-  std::size_t iterations = r.of->first_turn;
-  double spent = 0;
+  const Runner* best = leader();
+  others_.best_residual = best ? best->run->best_residual() : total_.residual;
+  others_.iteration = iterations_ - (r.run ? r.run->iterations() : 0);
+  others_.products = total_.products;
+  for (const Runner& other : runners_)
+    if (other.run && &other != &r) others_.products += other.run->products();
+  std::size_t iterations = r.of->to_the_end ? iterations_left() : r.factors() ? 1 : choice::policy.first_turn;
   std::size_t before = 0;
-  if (!r.run) {
-    start(r);
-    now_started_ = r.started_after;
-    r.run->advance(0);
-    r.marks.push_back({r.spent(factor_), r.run->best_residual()});
-  } else {
-    now_started_ = r.started_after;
+  double spent = 0;
+  if (r.run) {
     before = r.run->iterations();
-    spent = r.spent(factor_);
+    spent = r.spent(costs_);
     iterations =
         std::max(iterations, static_cast<std::size_t>(choice::policy.turn * static_cast<double>(before)));
+    others_.time = r.started_after;
+  } else {
+    start(r);
+    others_.time = r.started_after;
+    r.run->advance(0);
+    r.marks.push_back({r.spent(costs_), r.run->best_residual()});
   }
   const bool over = r.run->advance(std::min(iterations, iterations_left()));
   iterations_ += r.run->iterations() - before;
-  spent_ += r.spent(factor_) - spent;
-  r.marks.push_back({r.spent(factor_), r.run->best_residual()});
+  spent_ += r.spent(costs_) - spent;
+  r.marks.push_back({r.spent(costs_), r.run->best_residual()});
   for (const auto& own = r.run->history(); r.seen < own.size(); ++r.seen)
     total_.history.push_back(among_all(own[r.seen]));
-  if (over) end(r);
-  if (!ended_ && iterations_left() == 0) ended_ = Status::iteration_limit;
-  if (!ended_ && budget_.late()) ended_ = Status::deadline;
-  if (!ended_ && (spent_ > work_ || budget_.exhausted())) ended_ = Status::stalled;
+  // The status of a contender becomes that of the race only if no other contender can still end differently.
+  const Status status = over ? finish(r) : Status::stalled;
+  if (status != Status::stalled && status != Status::iteration_limit)
+    ended_ = status;
+  else if (iterations_left() == 0)
+    ended_ = Status::iteration_limit;
+  else if (budget_.late())
+    ended_ = Status::deadline;
+  else if (spent_ > work_ || budget_.exhausted())
+    ended_ = Status::stalled;
 }
 
-// Counts before this turn of r, without those of r in this run: its records continue from there.
-void Race::count_others(const Runner& r) {
-  other_iterations_ = iterations_ - (r.run ? r.run->iterations() : 0);
-  other_products_ = total_.products;
-  for (const Runner& other : runners_)
-    if (other.run && &other != &r) other_products_ += other.run->products();
-}
-
-// A contender has ended, with a solution or without progress. Its status becomes that of the race only if no
-// other contender can still end differently.
-void Race::end(Runner& r) {
+// Ends a contender, with a solution or without progress, and tells how it ended.
+Status Race::finish(Runner& r) {
   Solution s = r.run->finish();
+  const Status status = s.status;
   total_.phases[r.record].iterations = s.iterations;
   total_.phases[r.record].residual = s.residual;
   r.run.reset();
   r.end = s.x;
-  if (s.status == Status::converged || s.status == Status::infeasible || s.status == Status::interrupted ||
-      s.status == Status::deadline)
-    ended_ = s.status;
   join(total_, std::move(s));
+  return status;
 }
 
 // A record of the current contender with iterations, products, time and best residual of the whole race.
-IterationRecord Race::among_all(IterationRecord record) {
-  record.iteration += other_iterations_;
-  record.products += other_products_;
-  record.time += now_started_;
-  record.best_residual = std::min(record.best_residual, best_before_);
+IterationRecord Race::among_all(IterationRecord record) const {
+  record.iteration += others_.iteration;
+  record.products += others_.products;
+  record.time += others_.time;
+  record.best_residual = std::min(record.best_residual, others_.best_residual);
   return record;
 }
 
 // Contenders still running: the best one is measured; for the others the counts suffice.
 Solution Race::result() {
-  while (true) {
-    Runner* best = nullptr;
-    for (Runner& r : runners_)
-      if (r.run && (!best || r.run->best_residual() < best->run->best_residual())) best = &r;
-    if (!best) break;
-    if (total_.x.empty() || best->run->best_residual() < total_.residual) {
-      Solution s = best->run->finish();
-      total_.phases[best->record].iterations = s.iterations;
-      total_.phases[best->record].residual = s.residual;
-      join(total_, std::move(s));
-    } else {
-      total_.phases[best->record].iterations = best->run->iterations();
-      total_.phases[best->record].residual = best->run->best_residual();
-      total_.iterations += best->run->iterations();
-      total_.products += best->run->products();
-      total_.factorizations += best->run->factorizations();
-    }
-    best->run.reset();
+  if (Runner* best = leader()) finish(*best);
+  for (const Runner& r : runners_) {
+    if (!r.run) continue;
+    total_.phases[r.record].iterations = r.run->iterations();
+    total_.phases[r.record].residual = r.run->best_residual();
+    total_.iterations += r.run->iterations();
+    total_.products += r.run->products();
+    total_.factorizations += r.run->factorizations();
   }
   total_.status = total_.residual <= options_.tolerance ? Status::converged
                   : ended_ == Status::converged         ? Status::stalled
@@ -300,9 +278,9 @@ Solution Race::result() {
 }  // namespace
 
 Solution race(const Problem& problem, const Options& options, Budget& budget,
-              const std::vector<Contender>& contenders, FactorCost factor, double work,
+              const std::vector<Contender>& contenders, const Costs& costs, double work,
               ConstrainedProblem* rest) {
-  return Race(problem, options, budget, contenders, factor, work, rest).run();
+  return Race(problem, options, budget, contenders, costs, work, rest).run();
 }
 
 }  // namespace amontons

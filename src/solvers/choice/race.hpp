@@ -7,38 +7,27 @@
 
 namespace amontons {
 
-// Nominal cost of a factorisation (ns): a lower bound, and, if that is competitive, the cost with fill from a
-// symbolic analysis.
-struct FactorCost {
-  double nominal = 0;
-  // Null if `nominal` is final.
+// Nominal costs (ns). That of a factorisation is a lower bound, and, if that is competitive, the cost with
+// fill from a symbolic analysis.
+struct Costs {
+  double product = 0, factorization = 0;
+  // Null if `factorization` is final.
   double (*analyse)(const Problem&) = nullptr;
 };
 
-// A method at the start of a race, with its expected cost before it has run.
+// A method at the start of a race. It starts from the best x of all.
 struct Contender {
-  enum class From : unsigned char {
-    // The best x of all when it starts.
-    best,
-    // The start of the solve, because near the best x Coulomb's law may have no solution.
-    start,
-    // The end of the previous contender in the list; this one waits until that has ended.
-    previous
-  };
   Starter start;
   // Printed after the residual that it reached.
   const char* why;
-  // Nominal cost of a product, or of what the method counts as one (ns).
-  double product = 0;
-  // Products and factorisations to the tolerance, before there are iterations to judge by.
+  // Expected products and factorisations to the tolerance, before there are iterations to judge by.
   double products = 0, factorizations = 0;
-  // Iterations of its first turn, about what it takes to show a rate.
-  std::size_t first_turn = 1;
-  From from = From::best;
+  // Whether it waits until the previous contender in the list has ended, and starts from the end of that one.
+  bool after_previous = false;
   // Limit of its iterations; 0: that of the method.
   std::size_t limit = 0;
-  // Whether it runs on what bilateral rows leave, where the race has it.
-  bool constrained = false;
+  // Whether its first turn lasts until it ends.
+  bool to_the_end = false;
 };
 
 // Runs the contenders in turns until one reaches the tolerance, all have stalled or the limits of the caller
@@ -46,9 +35,9 @@ struct Contender {
 // estimates and no clock readings, so that the same problem takes the same turns everywhere. x is the best of
 // all, and `method` the one that made it. `phases` and `reason` list the contenders in the order of their
 // starts. Counts, time and history are those of the whole race. `rest`: the problem without its bilateral
-// rows, or null.
+// rows, on which methods without factorisations run, or null.
 Solution race(const Problem& problem, const Options& options, Budget& budget,
-              const std::vector<Contender>& contenders, FactorCost factor, double work,
+              const std::vector<Contender>& contenders, const Costs& costs, double work,
               ConstrainedProblem* rest = nullptr);
 
 }  // namespace amontons

@@ -16,9 +16,7 @@
 //
 //     x = unit x~,   u = (beta^2 / unit) u~,   unit = beta / sqrt(P),   so that <x, u> = beta^2 <x~, u~>.
 //
-// Under coulomb u includes the De Saxce term s e_n of the dual iterate, docs/algorithm.md (26), held constant
-// within a step and renewed between steps. This converges slowly at the end. But it makes progress where the
-// path of the law itself (coulomb_path.cpp) turns so often that it is too long to follow.
+// Under coulomb the path of the law itself takes its place (coulomb_path.cpp).
 //
 // Sources: Nesterov, Todd 1997; Mehrotra 1992; Vandenberghe 2010 for the algebra and the start.
 #include "amontons/solvers/second_order/interior_point.hpp"
@@ -73,7 +71,6 @@ class InteriorPoint : public VectorIterate {
   void scale_blocks(auto&& scale);
   void factor();
   void solve(double target, bool corrector, int refinements);
-  void freeze();
   void form_x();
   double longest_step();
   double gap(double t);
@@ -85,8 +82,8 @@ class InteriorPoint : public VectorIterate {
   // scale_, map_: the natural map at zero and at the iterate. beta_: scale_ per block. degree_: number of
   // complementarity products.
   double beta_ = 1, degree_ = 0, scale_ = 1, map_ = 0;
-  // Per block: unit of x (N s), and the De Saxce term (m/s).
-  Vector unit_, correction_;
+  // Per block: unit of x (N s).
+  Vector unit_;
   Vector z_, rho_, R_;
 };
 
@@ -123,7 +120,6 @@ double InteriorPoint::start(const Start&) {
   const std::size_t m = problem.rows();
   for (Vector* v : {&x, &u, &z_, &rho_}) v->assign(m, 0.0);
   R_.resize(system_->factor_size());
-  correction_.assign(problem.K.blocks(), 0.0);
   make_barriers();
   scale_blocks([](auto& barrier, double* R) { barrier.start_factor(R); });
   factor();
@@ -151,18 +147,6 @@ void InteriorPoint::form_x() {
   });
 }
 
-// The De Saxce term follows the dual iterate u~, which moves smoothly along the central path, while A x + b
-// is inaccurate until the end.
-void InteriorPoint::freeze() {
-  barriers_.each(problem.K, [&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t) {
-    if constexpr (S::frictional) {
-      double dual[S::dim];
-      barrier.dual(dual);
-      correction_[block] = beta_ * beta_ / unit_[block] * set.saxce(dual);
-    }
-  });
-}
-
 // The direction for
 //
 //     lambda o (W dx~ + W^-1 du~) = target e - lambda o lambda - (the affine second-order term),
@@ -180,7 +164,6 @@ void InteriorPoint::solve(double target, bool corrector, int refinements) {
     double dual[dim];
     barrier.dual(dual);
     for (int k = 0; k < dim; ++k) z_[row + k] = beta_ * beta_ / unit_[block] * dual[k] - u[row + k];
-    z_[row] -= correction_[block];
   });
   system_->times_transposed_factor(z_, z_);
   for (std::size_t i = 0; i < z_.size(); ++i) z_[i] += beta_ * rho_[i];
@@ -209,7 +192,6 @@ std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual jumps, or the step collapses.
   if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
-  if (law_of(problem, options) == Law::coulomb && problem.K.has_friction()) freeze();
   factor();
   // Predictor: the affine step to mu = 0. It gives the reduction of mu, sigma = (its gap over the present
   // gap)^3 (Mehrotra), and the second-order term that the linearisation dropped.
@@ -233,11 +215,6 @@ std::unique_ptr<Run> start_central_path(const Problem& problem, const Options& o
   return law_of(problem, options) == Law::coulomb && problem.K.has_friction()
              ? start_coulomb_path(problem, options, budget)
              : drive<InteriorPoint>(problem, options, budget);
-}
-
-std::unique_ptr<Run> start_path_of_frozen_terms(const Problem& problem, const Options& options,
-                                                Budget& budget) {
-  return drive<InteriorPoint>(problem, options, budget);
 }
 
 }  // namespace amontons

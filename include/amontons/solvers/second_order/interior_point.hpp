@@ -6,7 +6,5 @@ namespace amontons {
 // The central path alone, without the crossover of "interior-point" (choice/automatic.hpp): one factorisation
 // per step, ten to thirty steps. InputError for a function.
 std::unique_ptr<Run> start_central_path(const Problem&, const Options&, Budget&);
-// The same with the De Saxce term held in each step.
-std::unique_ptr<Run> start_path_of_frozen_terms(const Problem&, const Options&, Budget&);
 
 }  // namespace amontons
