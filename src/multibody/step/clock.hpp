@@ -37,9 +37,9 @@ class StepClock {
 
  public:
   Budget budget;
-  Timings timings;       // of the present attempt; `total` of all
-  double search = 0;     // s: time of a search for contacts; setting up a method takes about as long
-  bool hurried = false;  // no time for more than the step needs, see policy.least_searches
+  Timings timings;             // of the present attempt; `total` of all
+  double search = 0;           // s: time of a search for contacts; setting up a method takes about as long
+  bool short_of_time = false;  // no time for more than the step needs, see policy.least_searches
 
  private:
   Clock::time_point lap_;

@@ -136,9 +136,9 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
     recovered += 0.5 * mass * in.recovery * in.recovery;
   }
   work += work_on_trees(in, mean.moved);
-  return {
-      work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-      step::policy.created_energy * (kinetic + gravity) + recovered + std::min(closing_work(in), gravity)};
+  return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
+          step::policy.energy_of_motion * kinetic + step::policy.energy_of_gravity * gravity + recovered +
+              std::min(closing_work(in), step::policy.energy_of_gravity * gravity)};
 }
 
 // J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

@@ -90,10 +90,12 @@ struct Policy {
 
   // Energy and second order.
 
-  // Energy gained (relative): allowance for the solver's residual and the O(h^2) error of the step. It is a
-  // share of the kinetic energy, and of that which gravity gives to free bodies in a step. At rest nothing
-  // else is left of it.
-  double created_energy = 1e-3;
+  // Energy gained (relative to the kinetic energy): allowance for the solver's residual and the O(h^2) error
+  // of the step.
+  double energy_of_motion = 1e-3;
+  // Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at
+  // rest. With a thousandth the probes of a derivative that close a limit count as energy (test_derivative).
+  double energy_of_gravity = 0.1;
   // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
   // (test_scenes).
   // Off: 1.

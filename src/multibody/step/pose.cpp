@@ -105,7 +105,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
     add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
   }
   posed.turns.added.clear();
-  if (!step.damped && !o.contacts.empty() && !clock.hurried) turn_ahead(step, o, posed);
+  if (!step.damped && !o.contacts.empty() && !clock.short_of_time) turn_ahead(step, o, posed);
 }
 
 void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepProblem& posed) {

@@ -240,7 +240,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
 bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
              StepSums& sums) {
   stiffen(step, state, o);
-  if (step.options.recovery != Recovery::projection || clock.hurried ||
+  if (step.options.recovery != Recovery::projection || clock.short_of_time ||
       !correct_positions(step, o, clock, elimination, state, sums))
     return false;
   clock.lap(&Timings::assembly);
