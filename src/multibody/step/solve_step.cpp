@@ -94,10 +94,10 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
   const std::size_t few = step::policy.few_iterations;
   if (spent)
     options.max_iterations = options.max_iterations > 0 ? std::min(options.max_iterations, few) : few;
-  Budget time(spent ? infinity : left);
+  Budget unlimited;
   ++solver.sums.solves;
   const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
-  Solution s = method(problem, options, time);
+  Solution s = method(problem, options, spent ? unlimited : *solver.budget);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
   solver.sums.add_cost(s);
   return s;
