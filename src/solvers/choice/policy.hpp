@@ -1,6 +1,7 @@
 // Every tuned number of `auto`, with its unit, its reason, and the benchmark that protects it.
-// tools/check_policy.py finds numbers elsewhere. Costs and expectations are medians over the tuning half of
-// benchmarks/corpus.py. They decide which method begins; the measured rate of each method decides the rest.
+// tools/check_policy.py finds numbers elsewhere. Costs are medians over the tuning half of
+// benchmarks/corpus.py; expectations were chosen over its FCLIB and Chrono files. They decide which method
+// begins. The measured rate of each method decides the rest.
 #pragma once
 #include <cstddef>
 
