@@ -63,8 +63,11 @@ TEST(the_whole_pays) {
   }
   Budget looser(whole, forever, 1e9);
   CHECK(looser.work_left() == 60);
-  whole.limit_work(5);
-  CHECK(looser.work_left() == 5);
+  whole.limit_work(5);  // a limit that is there stays
+  CHECK(looser.work_left() == 60);
+  Budget free(forever);
+  free.limit_work(5);
+  CHECK(free.work_left() == 5);
 }
 
 // Breaks when a request to stop is asked for at every look, forgotten, not heard by inner work, or heard by
