@@ -4,6 +4,7 @@
 
 #include "amontons/base/budget.hpp"
 #include "amontons/multibody/step/report.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -12,9 +13,10 @@ namespace amontons {
 class StepClock {
  public:
   using Clock = std::chrono::steady_clock;
-  // seconds: of the step. reserved: of these for work that cannot be interrupted, at most half.
+  // seconds: of the step. reserved: of these for work that cannot be interrupted, at most the share of a
+  // part.
   explicit StepClock(double seconds, double reserved = 0)
-      : budget(seconds - std::min(reserved, most_reserved * seconds)), lap_(Clock::now()) {}
+      : budget(seconds - std::min(reserved, step::policy.share_of_part * seconds)), lap_(Clock::now()) {}
   // Adds the time since the last lap, and returns it: every moment of a step belongs to one phase.
   double lap(double Timings::* phase) {
     const Clock::time_point now = Clock::now();
@@ -31,11 +33,6 @@ class StepClock {
     return budget.ends_within(timings.assembly + timings.collision + timings.integration);
   }
 
- private:
-  // Time (relative to the budget): most that is reserved for work that cannot be interrupted.
-  static constexpr double most_reserved = 0.5;
-
- public:
   Budget budget;
   Timings timings;             // of the present attempt; `total` of all
   double search = 0;           // s: time of a search for contacts; setting up a method takes about as long

@@ -35,6 +35,7 @@ constinit Policy policy;
                          {"most_reflections", &policy.most_reflections},
                          {"rough", &policy.rough},
                          {"remembered_sag", &policy.remembered_sag},
+                         {"passing", &policy.passing},
                          {"fastest_turn", &policy.fastest_turn},
                          {"wrong", &policy.wrong},
                          {"rounding", &policy.rounding}});

@@ -20,9 +20,9 @@ struct Policy {
   double work_per_block = 4e4;
   // Size (blocks): smaller steps have the limit of this one, 30 ms (test_step_limits).
   std::size_t few_blocks = 40;
-  // Time or work left (relative): limit of impacts, of position solves and of one solve, so that later ones,
-  // the look ahead and the safe step have some. With 0.7 9 of 200 steps of a wall with a budget of 25 ms end
-  // late (benchmarks/deadlines.py).
+  // Time or work left (relative): limit of impacts, of position solves and of one solve. Later ones, the look
+  // ahead and the safe step keep the rest. At most as much is reserved for work after the solve. With 0.7 9
+  // of 200 steps of a wall with a budget of 25 ms end late (benchmarks/deadlines.py).
   double share_of_part = 0.5;
 
   // Solve.
@@ -107,6 +107,8 @@ struct Policy {
   // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
   // determinate.
   double remembered_sag = 0.9;
+  // Turn of a normal (rad in half a step): beyond it the body only passes by, and the contact does not turn.
+  double passing = 0.5;
   // Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
   // (test_turns).
   // Off: 1e30.

@@ -222,12 +222,12 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 // symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each point is followed. For
 // other pairs with several points it is unknown which of them stay.
 //
-// If a normal turns by more than half a radian in half a step, the body only passes by.
+// If a normal turns far in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
   // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > elementary::sin(0.5) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > elementary::sin(step::policy.passing) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
   if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];

@@ -99,20 +99,6 @@ class CentralCurve {
 
 namespace curve {
 
-// Round numbers whose neighbours are no better: shares are 1/2, lengths 2 units. In this order: largest rise
-// of t in a step, and largest fall in a step back, since the curve bends away beyond. Next the share of a
-// step that the boundary must leave. Then the ratio of t after a fold to t before it: below this ratio the
-// step has jumped to another branch of the curve, on which it might circle. Last, the length of such a step
-// when it is repeated.
-inline constexpr double most_rise = 0.5, most_fall = 0.5, least_free = 0.5, far_from_fold = 0.5,
-                        shorter = 0.5;
-// beyond: aim of a step, in distances to the boundary. neighbourhood: distance of one block to the curve
-// above which a step only goes back to the curve.
-inline constexpr double beyond = 2, neighbourhood = 2;
-// Halvings of a step; if the curve still bends too much, the last step is taken without the correction. Steps
-// back in a row; if they do not reach the curve, the last step along it was too long.
-inline constexpr int most_repeats = 6;
-
 // A full step leaves that share of the distance to the boundary.
 inline double least_share() { return 1 - policy.most_fraction; }
 // Also for a step that is no number.
@@ -293,7 +279,7 @@ bool CentralCurve<System>::bend(Direction& d) {
 // A step back to the curve. If such steps do not reach it soon, the last step along it was too long.
 template <class System>
 bool CentralCurve<System>::back() {
-  if (++back_steps_ > curve::most_repeats && step_ > 0) return shorten();
+  if (++back_steps_ > curve::policy.most_repeats && step_ > 0) return shorten();
   const double step = std::min(1.0, curve::policy.fraction * longest_step(back_));
   if (curve::makes_no_progress(step)) return false;
   go(t_, back_.dt, step);
@@ -314,7 +300,7 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
 // Repeats the last step along the curve with half of its length.
 template <class System>
 bool CentralCurve<System>::shorten() {
-  step_ *= curve::shorter;
+  step_ *= curve::policy.shorter;
   if (curve::makes_no_progress(step_)) return false;
   back_steps_ = 0;
   barriers_ = before_;
@@ -339,7 +325,7 @@ bool CentralCurve<System>::find_directions() {
   along_.dt = 1;
   if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
   const double speed = norm(along_);
-  add(back_, std::max(-curve::most_fall, -inner(back_, along_) / (speed * speed)), along_);
+  add(back_, std::max(-curve::policy.most_fall, -inner(back_, along_) / (speed * speed)), along_);
   recover(back_, false);
   return true;
 }
@@ -354,8 +340,8 @@ double CentralCurve<System>::first_part(bool falls) {
   add(trial_, falls ? -1 : 1, along_);
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
-  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::most_rise;
-  return std::min(part, c::beyond * free);
+  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::policy.most_rise;
+  return std::min(part, c::policy.beyond * free);
 }
 
 template <class System>
@@ -365,9 +351,9 @@ bool CentralCurve<System>::step() {
   const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
-  if (sign != sign_before_ && t_ < c::far_from_fold * t_before_) return shorten();
+  if (sign != sign_before_ && t_ < c::policy.far_from_fold * t_before_) return shorten();
   if (!find_directions()) return false;
-  if (largest(back_) > c::neighbourhood) return back();
+  if (largest(back_) > c::policy.neighbourhood) return back();
   back_steps_ = 0;
   sign_before_ = sign;
   const bool falls = sign == first_sign_;
@@ -381,10 +367,10 @@ bool CentralCurve<System>::step() {
     if (!bend(trial_)) return false;
     const double share = norm(corrected_) / (part * speed);
     const bool bends = share > curve::policy.most_bend;
-    const bool last = i == c::most_repeats, straight = last && bends;
+    const bool last = i == c::policy.most_repeats, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
-    if (last || (!bends && longest_step(trial_) > c::least_free))
+    if (last || (!bends && longest_step(trial_) > c::policy.least_free))
       return move(trial_, std::clamp(1 - share, curve::policy.fraction, curve::policy.most_fraction));
   }
 }

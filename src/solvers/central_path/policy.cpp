@@ -11,6 +11,14 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named = name_policy("curve", {{"rounding", &policy.rounding},
                                                                  {"fraction", &policy.fraction},
                                                                  {"most_fraction", &policy.most_fraction},
-                                                                 {"most_bend", &policy.most_bend}});
+                                                                 {"most_bend", &policy.most_bend},
+                                                                 {"most_rise", &policy.most_rise},
+                                                                 {"most_fall", &policy.most_fall},
+                                                                 {"least_free", &policy.least_free},
+                                                                 {"far_from_fold", &policy.far_from_fold},
+                                                                 {"shorter", &policy.shorter},
+                                                                 {"beyond", &policy.beyond},
+                                                                 {"neighbourhood", &policy.neighbourhood},
+                                                                 {"most_repeats", &policy.most_repeats}});
 
 }  // namespace amontons::curve

@@ -18,6 +18,27 @@ struct Policy {
   double most_fraction = 0.99;
   // Correction (relative to the step): a larger one halves the step; 0.5 takes 4 % more factorisations.
   double most_bend = 0.7;
+
+  // Round numbers, whose neighbours are no better.
+
+  // Step (ratio of t): largest rise, because the curve bends away beyond.
+  double most_rise = 0.5;
+  // Step back (ratio of t): largest fall, for the same reason.
+  double most_fall = 0.5;
+  // Step (relative): share that the boundary must leave, or else the step is halved.
+  double least_free = 0.5;
+  // Ratio of t (after a fold to before it): below it the step has jumped to another branch of the curve, on
+  // which it might circle.
+  double far_from_fold = 0.5;
+  // Step (relative): length of a step that is repeated.
+  double shorter = 0.5;
+  // Aim of a step (distances to the boundary): it may lie beyond, as a step is cut there.
+  double beyond = 2;
+  // Distance (units of t): of one block to the curve, above which a step only goes back to the curve.
+  double neighbourhood = 2;
+  // Repetitions (count): halvings of a step; the last one is taken without the correction. Also steps back in
+  // a row; if they do not reach the curve, the last step along it was too long.
+  int most_repeats = 6;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;

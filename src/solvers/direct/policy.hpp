@@ -13,7 +13,6 @@ struct Policy {
   // Size (rows of an island): at this size a dense factorisation takes 1 ms, about as long as a first-order
   // method. With 300 stacks of plates took 3 times as long, 15 times at worst.
   std::size_t most_rows = 180;
-
   // Work (multiplications): limit of a factorisation of K, 10 ms. Trees need 2000 per body, loops that cross
   // may cause much fill; half of it is too little for benchmark B1.
   double most_factor_work = 2e7;
