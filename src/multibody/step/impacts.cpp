@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"

@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "amontons/multibody/joints/coordinates.hpp"
+#include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/row_terms.hpp"

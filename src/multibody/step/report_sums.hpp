@@ -3,6 +3,7 @@
 #include "amontons/multibody/step/report.hpp"
 #include "multibody/step/observe.hpp"
 #include "multibody/step/step_problem.hpp"
+#include "multibody/step/step_sums.hpp"
 
 namespace amontons {
 

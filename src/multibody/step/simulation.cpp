@@ -15,6 +15,7 @@
 #include "multibody/step/clock.hpp"
 #include "multibody/step/report_sums.hpp"
 #include "multibody/step/scratch.hpp"
+#include "multibody/step/step_sums.hpp"
 
 namespace amontons {
 

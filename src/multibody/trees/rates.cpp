@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/row_terms.hpp"
 #include "multibody/trees/momenta.hpp"
 #include "multibody/trees/policy.hpp"
 #include "multibody/trees/poses.hpp"

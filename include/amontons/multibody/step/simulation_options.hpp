@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 
+#include "amontons/multibody/model/joint_parts.hpp"
 #include "amontons/multibody/step/own_method.hpp"
 #include "amontons/solvers/driver/options.hpp"
 

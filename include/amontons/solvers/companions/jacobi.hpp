@@ -1,4 +1,5 @@
 #pragma once
+#include "amontons/base/budget.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
 namespace amontons {
