@@ -102,7 +102,7 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   static_assert(std::is_trivially_copyable_v<T>);
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
-// What a step reads of contacts; the rest follows from the poses. Contacts have gaps between their members.
+// A step reads these members of a contact; the rest follows from the poses.
 bool same_bits(const std::vector<Contact>& a, const std::vector<Contact>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& c, const Contact& d) {
     return c.geom_a == d.geom_a && c.geom_b == d.geom_b && c.state == d.state &&

@@ -215,10 +215,7 @@ void Simulation::make_step(Report& report) {
   clock.lap(&Timings::integration);
   report.timings = clock.timings;
   last_.to_reserve = report.timings.integration;
-  // A method of the user's may answer the same problem in another way.
-  last_.changed_nothing = report.advanced && report.is_sound() && !options_.own_method &&
-                          differ_in_time_alone(state_, last_.before);
-  if (last_.changed_nothing) last_.report = report;
+  note_whether_changed(report);
 }
 
 // A step is a function of the state without its time. A scene at rest comes to a state that the step maps to
@@ -226,6 +223,14 @@ void Simulation::make_step(Report& report) {
 // find the same again, until somebody changes the state: a load, a control, a pose, a velocity. So nothing is
 // computed for them, and results stay those of the step that changed nothing. Its joint error is not smaller
 // than that of the step before, and no contact begins or ends.
+//
+// A method of the user's may answer the same problem in another way.
+void Simulation::note_whether_changed(const Report& report) {
+  last_.changed_nothing =
+      report.is_sound() && !options_.own_method && differ_in_time_alone(state_, last_.before);
+  if (last_.changed_nothing) last_.report = report;
+}
+
 bool Simulation::repeat_step(Report& report) {
   if (Interrupt::requested() || !differ_in_time_alone(state_, last_.before)) return false;
   StepClock clock(infinity);

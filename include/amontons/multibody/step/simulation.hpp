@@ -128,6 +128,7 @@ class Simulation {
   void make_step(Report& report);
   // The same for a step that would change nothing but the time, as the last one did; false if it could.
   bool repeat_step(Report& report);
+  void note_whether_changed(const Report& report);
   void finish_report(Report& report);
   bool try_step(const Attempt& attempt, StepClock& clock, Report& report);
   // The stages of a part of length h (s), step/step.cpp. False, with only scratch changed, if the part
