@@ -138,7 +138,9 @@ class ReplayRun:
 
     def __init__(self, recording: Recording) -> None:
         if not len(recording):
-            raise InputError(f"{recording.path}: the recording has no frames")
+            raise InputError(
+                f"{recording.path}: the recording has no frames; record with after_step=recorder"
+            )
         self.recording, self.model = recording, recording.model
         self.playing, self.speed, self.achieved = False, 1.0, 0.0
         self.frame = 0
