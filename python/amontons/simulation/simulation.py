@@ -158,7 +158,7 @@ class Simulation:
 
     @property
     def recovery_speed(self) -> float:
-        """The speed at which errors of position are taken back, at most (m/s)."""
+        """Largest speed at which errors of position are corrected (m/s)."""
         return self._core.recovery_speed
 
     @property

@@ -120,7 +120,7 @@ class LiveRun:
         self._history.append(row)
 
     def reset(self) -> None:
-        """As it was when it was first shown, with the options of now."""
+        """As it was when it was first shown, with the present options."""
         self.spring.release()
         self.simulation._core.restore(self._start)
         self.simulation._contacts = None
