@@ -15,13 +15,13 @@ namespace {
 // other rows do: these islands are those of find_islands(), which needs the mechanisms for them.
 bool has_large_island(const Problem& problem, std::size_t most_rows) {
   if (problem.rows() <= most_rows) return false;
-  static thread_local std::vector<Index> island;  // kept: a step allocates nothing
-  static thread_local std::vector<std::size_t> rows;
-  rows.assign(amontons::find_islands(problem.graph, island), 0);
+  static thread_local std::vector<std::size_t> rows;  // kept: a step allocates nothing
+  const Islands& islands = problem.graph.islands;
+  rows.assign(islands.count, 0);
   for (const SetRun& run : problem.K.runs()) {
     if (run.kind == kind_of<Bilateral>) continue;
     visit_kind(run.kind, [&]<class S>() {
-      for (std::size_t i = 0; i < run.count; ++i) rows[island[run.block + i]] += S::dim;
+      for (std::size_t i = 0; i < run.count; ++i) rows[islands.of_block[run.block + i]] += S::dim;
     });
   }
   return std::any_of(rows.begin(), rows.end(), [most_rows](std::size_t n) { return n > most_rows; });
