@@ -27,6 +27,8 @@ CONVEX = 1e-3
 """Share of the volume of its hull that a block may lack and still be one hull"""
 NEAR = 1e-9
 """Distance, over the size of a block, below which two corners are one"""
+SOFT = 1e-6
+"""Compliance of a contact point, over the size of a block and its weight: that share of the size gives"""
 NAMED = 5
 """Blocks that a message names"""
 
@@ -152,15 +154,21 @@ class Assembly:
         blocks = (replace(block, fixed=i in chosen) for i, block in enumerate(self.blocks))
         return replace(self, blocks=tuple(blocks))
 
-    def model(self, *, dent: float = 0.01) -> Model:
+    def model(self, *, dent: float = 0.01, compliance: float | None = None) -> Model:
         """The model whose simulation answers the same question in time.
 
         Blocks that are not convex are convex parts (`shapes.decompose`, needs coacd) that fill dents of up to
         `dent` times the size of the block; supports are geoms of the world.
+        compliance: of a contact point (m/N), without damping; None for SOFT times the median size of a block
+        over its weight. Rigid contacts (0) let the rounding of a drawing decide which forces occur.
         """
+        free = [block for block in self.blocks if not block.fixed]
+        if compliance is None and free:
+            weight = np.median([block.mass.mass for block in free]) * np.linalg.norm(self.gravity)
+            compliance = SOFT * float(np.median([block.size for block in free]) / max(weight, 1e-300))
         builder = ModelBuilder(gravity=self.gravity)
         for block in self.blocks:
-            material = Material(friction=block.friction)
+            material = Material(friction=block.friction, compliance=(compliance or 0.0) / 2)
             if block.fixed:
                 shape = Mesh(block.vertices, block.triangles.astype(np.int32))
                 builder.add_geom(None, shape, material=material, name=block.name)
@@ -183,7 +191,12 @@ def _ground(blocks: Sequence[Block]) -> Block:
     points = np.concatenate([block.vertices for block in blocks])
     (x0, y0, z), (x1, y1, _) = points.min(axis=0), points.max(axis=0)
     wide = max(x1 - x0, y1 - y0) + max(block.size for block in blocks)
-    corners = [(x0 - wide, y0 - wide, z), (x1 + wide, y0 - wide, z), (x1 + wide, y1 + wide, z), (x0 - wide, y1 + wide, z)]
+    corners = [
+        (x0 - wide, y0 - wide, z),
+        (x1 + wide, y0 - wide, z),
+        (x1 + wide, y1 + wide, z),
+        (x0 - wide, y1 + wide, z),
+    ]
     friction = float(np.mean([block.friction for block in blocks]))
     return Block("ground", np.array(corners), np.array([(0, 1, 2), (0, 2, 3)]), friction=friction, fixed=True)
 
@@ -191,7 +204,9 @@ def _ground(blocks: Sequence[Block]) -> Block:
 def _welded(points: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
     """Corners of one place become one; triangles without area, and corners without a triangle, go."""
     grid = NEAR * max(float(np.ptp(points, axis=0).max()), 1e-300)
-    _, first, index = np.unique(np.round((points - points.min(axis=0)) / grid), axis=0, return_index=True, return_inverse=True)
+    _, first, index = np.unique(
+        np.round((points - points.min(axis=0)) / grid), axis=0, return_index=True, return_inverse=True
+    )
     faces = index.reshape(-1)[faces]
     distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     used, faces = np.unique(faces[distinct], return_inverse=True)
@@ -208,8 +223,8 @@ def _outwards(who: str, points: Array, faces: NDArray[np.int64], may_be_open: bo
         wrong = place[counts != 2][0]
         at = ", ".join(f"{x:.4g}" for x in points[wrong].mean(axis=0))
         raise InputError(
-            f"{who}: its surface is not closed: {int(np.sum(counts != 2))} edges do not belong to two triangles, "
-            f"one near ({at}) m; close it where it was drawn"
+            f"{who}: its surface is not closed: {int(np.sum(counts != 2))} edges do not belong to two "
+            f"triangles, one near ({at}) m; close it where it was drawn"
         )
     faces = _agreeing(faces)
     a, b, c = (points[faces[:, k]] - points.mean(axis=0) for k in range(3))

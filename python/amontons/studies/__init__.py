@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from typing import Any as _Any
 
 if TYPE_CHECKING:
+    from ..io.assemblies import read_assembly as read_assembly
     from ..model.assembly import Assembly as Assembly
     from ..model.assembly import Block as Block
-    from .masonry.joints import Joint as Joint
     from .masonry.loads import Load as Load
     from .masonry.loads import horizontal as horizontal
     from .masonry.loads import point_load as point_load
@@ -22,11 +22,11 @@ _HOMES = {
     "Block": "..model.assembly",
     "Equilibrium": ".masonry.statics",
     "Factor": ".masonry.search",
-    "Joint": ".masonry.joints",
     "Load": ".masonry.loads",
     "Stability": ".masonry.stability",
     "horizontal": ".masonry.loads",
     "point_load": ".masonry.loads",
+    "read_assembly": "..io.assemblies",
     "stability": ".masonry.stability",
     "tilt": ".masonry.loads",
 }
@@ -35,6 +35,6 @@ __all__ = sorted(_HOMES)
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> _Any:
-        if name in _HOMES:  # loaded when it is asked for: importing amontons stays light
+        if name in _HOMES:  # loaded at first use: importing amontons stays light
             return getattr(_import_module(_HOMES[name], __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

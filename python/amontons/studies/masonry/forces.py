@@ -23,8 +23,8 @@ JOINTS = np.dtype(
         ("area", np.float64),
     ]
 )
-"""Rows of `Stability.joint_forces`. a, b: indices of the blocks. point: where the force acts (m, world). normal:
-from b to a. force: on block a (N, world). compression, shear: along the normal and across it (N).
+"""Rows of `Stability.joint_forces`. a, b: indices of the blocks. point: where the force acts (m, world).
+normal: from b to a. force: on block a (N, world). compression, shear: along the normal and across it (N).
 friction_used: shear over what friction and cohesion bear, 1 slides. eccentricity: of the point from the
 centroid of the face, 1 on its edge, where the joint opens as a hinge. area: m^2. Without compression point is
 the centroid, and eccentricity 0."""
@@ -52,7 +52,18 @@ def joint_rows(statics: Statics, equilibrium: Equilibrium) -> np.ndarray:
         far = 0.0
         if acts and len(joint.polygon) > 2:
             far = outwards(joint.flat, point @ joint.axes.T)
-        rows[k] = (joint.a, joint.b, point, joint.normal, forces[k], compression, shear, used, far, joint.area)
+        rows[k] = (
+            joint.a,
+            joint.b,
+            point,
+            joint.normal,
+            forces[k],
+            compression,
+            shear,
+            used,
+            far,
+            joint.area,
+        )
     return rows
 
 

@@ -136,7 +136,9 @@ def find_joints(assembly: Assembly, gap: float | None = None) -> list[Joint]:
     return joints
 
 
-def _between(blocks: Sequence[Block], i: int, j: int, faces: dict[int, list[Face]], gap: float) -> list[Joint]:
+def _between(
+    blocks: Sequence[Block], i: int, j: int, faces: dict[int, list[Face]], gap: float
+) -> list[Joint]:
     """Joints of blocks i and j; the lower or fixed block is b, so that normals point up or off supports."""
     a, b = (i, j) if blocks[j].fixed or not blocks[i].fixed else (j, i)
     least = LEAST * min(blocks[i].size, blocks[j].size) ** 2

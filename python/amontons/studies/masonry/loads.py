@@ -68,7 +68,9 @@ def tilt(x: float, y: float = 0.0) -> Load:
     return Load(name, "deg", lambda s: (s.weights, _pushed(s, along)), turns=True, largest=90.0)
 
 
-def point_load(block: str, force: tuple[float, float, float], at: tuple[float, float, float] | None = None) -> Load:
+def point_load(
+    block: str, force: tuple[float, float, float], at: tuple[float, float, float] | None = None
+) -> Load:
     """A force (N, world axes) on a block at a point of the world (m), its centre of mass if None.
 
     The factor multiplies the force.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...checks import Array
 from ...errors import InputError
@@ -19,18 +20,18 @@ from ...model.transforms import Transform, rotation_matrix
 from ...simulation.simulation import Simulation
 from .joints import Joint, find_joints
 
-Surface = tuple[Array, Array]
+Surface = tuple[Array, NDArray[np.int64]]
 
 
 def assembly_of(model: Model) -> Assembly:
-    """Bodies of boxes and hulls as blocks where they are at the start; each geom of the world as a support.
+    """Bodies of boxes and hulls as blocks in their initial poses; geoms of the world as supports.
 
     Raises InputError for a model with joints, tendons or bodies on given motions, which no verdict knows.
     """
     if model.joints or model.tendons:
         raise InputError(
-            f"stability: the model has {len(model.joints)} joints and {len(model.tendons)} tendons; a verdict "
-            "is about bodies that touch. Hold joints by a simulation and look at its forces instead"
+            f"stability: the model has {len(model.joints)} joints and {len(model.tendons)} tendons; a "
+            "verdict is about bodies that touch. Hold joints by a simulation and look at its forces instead"
         )
     blocks = []
     for index, body in enumerate(model.bodies):
@@ -46,7 +47,9 @@ def assembly_of(model: Model) -> Assembly:
         points, faces = _joined(surfaces, centre)
         friction = geoms[0].material.friction if geoms else 0.0
         blocks.append(
-            Block(model.body_names[index], points, faces, friction=friction, fixed=mass is None, given_mass=mass)
+            Block(
+                model.body_names[index], points, faces, friction=friction, fixed=mass is None, given_mass=mass
+            )
         )
     for index, geom in enumerate(model.geoms):
         if geom.body == WORLD and (surface := _surface(model, geom, Transform())) is not None:
@@ -90,7 +93,9 @@ def _surface(model: Model, geom: Geom, place: Transform) -> Surface | None:
     frame = place @ geom.frame
     match geom.shape:
         case Box(half=half):
-            corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(half)
+            corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(
+                half
+            )
             points, faces = convex_triangles(corners)
         case Hull() | Mesh():
             points, faces = geom.shape.vertices, np.asarray(geom.shape.triangles)
@@ -98,7 +103,9 @@ def _surface(model: Model, geom: Geom, place: Transform) -> Surface | None:
                 points, faces = convex_triangles(points)
         case Plane():
             wide = _reach(model)
-            points = np.array([(-wide, -wide, 0), (wide, -wide, 0), (wide, wide, 0), (-wide, wide, 0)], dtype=float)
+            points = np.array(
+                [(-wide, -wide, 0), (wide, -wide, 0), (wide, wide, 0), (-wide, wide, 0)], dtype=float
+            )
             faces = np.array([(0, 1, 2), (0, 2, 3)])
         case HeightField():
             raise InputError("stability: the model has a height field; give the ground as a mesh or a plane")

@@ -64,7 +64,7 @@ def _of_convex(
         nearest = (other.vertices @ normals.T).min(axis=0) - offsets
         if nearest.max() > -gap:
             return 0.0, np.zeros(3)
-    from scipy.optimize import linprog
+    from scipy.optimize import linprog  # type: ignore[import-untyped]
 
     normals = np.concatenate((planes_a[0], planes_b[0]))
     offsets = np.concatenate((planes_a[1], planes_b[1]))

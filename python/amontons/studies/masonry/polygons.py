@@ -72,8 +72,8 @@ def hull(points: Array) -> Array:
 def shares(polygon: Array) -> Array:
     """The area of a convex polygon, shared out over its corners (k,) (m^2).
 
-    Linear functions over the polygon have the sum over its corners as their integral: a third of each
-    triangle of the fans from all corners, on average, at each of its corners.
+    Each triangle gives a third to each of its corners, averaged over the fans from all corners. So linear
+    functions have the sum over the corners as their integral over the polygon.
     """
     k = len(polygon)
     sums = np.zeros(k)

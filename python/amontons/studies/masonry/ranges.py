@@ -11,7 +11,7 @@ from ...checks import Array
 from .statics import Statics
 
 PUSHES = (1e-3, 1e-5)
-"""Velocities, over that of the weights, by which a joint is pushed; the answer is taken to their limit zero"""
+"""Velocities, over that of the weights, by which a joint is pushed; the limit zero is extrapolated"""
 UNBOUNDED = 1e4
 """Force over the weight of all blocks from which a range has no end: the blocks can be wedged"""
 
@@ -32,8 +32,8 @@ def force_range(statics: Statics, loads: Array, joint: int, along: Array) -> Ran
     """The least and the largest component `along` (3,) of the force on block a of a joint.
 
     A joint whose sides are pushed together by a small velocity e takes the largest force that equilibrium
-    allows, as a support that settles takes the least: the problem minimises 1/2 v' M v + e x. Two values of e
-    give the limit. Both ends may be infinite where blocks can be wedged.
+    allows. A support that settles takes the least. The problem minimises 1/2 v' M v + e x, and two values of
+    e give the limit. Both ends may be infinite where blocks can be wedged.
     """
     owner = statics.corners[1]
     frame = np.array([statics.joints[joint].normal, *statics.joints[joint].axes])
@@ -45,7 +45,9 @@ def force_range(statics: Statics, loads: Array, joint: int, along: Array) -> Ran
         for push in PUSHES:
             bias = np.zeros((len(owner), 3))
             bias[owner == joint] = sign * push * speed * (frame @ along)
-            solution = statics.problem(loads, bias=bias.ravel()).solve(method="interior-point", tolerance=1e-10)
+            solution = statics.problem(loads, bias=bias.ravel()).solve(
+                method="interior-point", tolerance=1e-10
+            )
             x = (solution.x - statics.shift).reshape(-1, 3)
             found.append(float(np.sum(x[owner == joint] @ (frame @ along))))
             if solution.status == "infeasible" or abs(found[-1]) > UNBOUNDED * weight:

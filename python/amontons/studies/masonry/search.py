@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from .loads import Load, largest_factor
@@ -11,6 +10,13 @@ from .statics import Equilibrium, Statics
 
 WITHIN = 1e-3
 """Default width of the interval, over the factor"""
+PLACED_WITHIN = 0.02
+"""Width, over the factor, of the search for blocks placed without stress"""
+MANY = 1000
+"""Joints from which that search only tries the factor below the last refuted one: a solve takes seconds"""
+SHARE = "of the friction"
+NO_FRICTION = 1e-4
+"""Share of friction that is none"""
 SOLVES = 60
 """Solves of a search; a bisection from the largest factor takes about 30"""
 
@@ -30,10 +36,13 @@ class Factor:
     mechanism: Equilibrium | None
     """that refutes the upper end; None if it is inf"""
     placed: float
-    """the largest factor at which blocks placed without stress stay by Coulomb's law, <= upper"""
+    """a factor at which blocks placed without stress stay by Coulomb's law, within 2 % of the largest; NaN
+    where it was not searched, or where they move under their weight"""
     solves: int
 
     def __str__(self) -> str:
+        if self.unit == SHARE:
+            return f"{self.load}: needs between {self.lower:.4g} and {self.upper:.4g} {self.unit}"
         if math.isinf(self.upper):
             return f"{self.load}: stands at {self.lower:.4g} {self.unit}, the largest tried"
         return f"{self.load}: falls between {self.lower:.4g} and {self.upper:.4g} {self.unit}"
@@ -54,7 +63,7 @@ def load_factor(statics: Statics, load: Load, *, within: float = WITHIN, placed:
     upper, mechanism = top, statics.solve(load.at(statics, top))
     solves += 1
     if mechanism.status == "stands":
-        kept = _placed(statics, load, 0.0, top, within) if placed else math.nan
+        kept = _placed(statics, load, top) if placed else math.nan
         return Factor(load.name, load.unit, top, math.inf, mechanism, None, kept, solves)
     upper = min(upper, load.refuted(statics, mechanism.acceleration, mechanism.power, upper))
     while upper - lower > within * upper and solves < SOLVES:
@@ -80,43 +89,43 @@ def load_factor(statics: Statics, load: Load, *, within: float = WITHIN, placed:
             mechanism = found
         else:
             break
-    kept = _placed(statics, load, 0.0, upper, within) if placed else math.nan
+    kept = _placed(statics, load, upper) if placed else math.nan
     return Factor(load.name, load.unit, lower, upper, forces, mechanism, kept, solves)
 
 
-def _placed(statics: Statics, load: Load, low: float, high: float, within: float) -> float:
-    """The largest factor at which blocks placed without stress stay."""
-    return bisect(lambda x: statics.placed(load.at(statics, x)).status == "stands", low, high, within)
+def _placed(statics: Statics, load: Load, high: float) -> float:
+    """The largest factor at which blocks placed without stress stay, from below."""
 
+    def stays(factor: float) -> bool:
+        return statics.placed(load.at(statics, factor)).status == "stands"
 
-def bisect(stands: Callable[[float], bool], low: float, high: float, within: float) -> float:
-    """The largest x at which `stands`, from `low`, where it is assumed, to `high`; within `within` of high."""
-    if not stands(low):
-        return math.nan
-    near = high * (1 - within)
-    if stands(near):
+    near = high * (1 - PLACED_WITHIN)
+    if stays(near):
         return near
-    high = near
-    while high - low > within * high:
+    if len(statics.joints) > MANY or not stays(0.0):
+        return math.nan
+    low, high = 0.0, near
+    while high - low > PLACED_WITHIN * high:
         middle = (low + high) / 2
-        low, high = (middle, high) if stands(middle) else (low, middle)
+        low, high = (middle, high) if stays(middle) else (low, middle)
     return low
 
 
 def least_friction(statics: Statics, *, within: float = WITHIN) -> Factor:
-    """The share of all coefficients of friction that still suffices, between two certificates.
+    """The share of all coefficients of friction that the weight needs, between two certificates.
 
-    `lower` is refuted by a mechanism here, and `upper` has the forces: less friction is worse.
+    Less friction is worse: a mechanism refutes `lower` and forces prove `upper`. `placed` is the share with
+    which blocks placed without stress stay.
     """
     loads = statics.weights
     found = statics.solve(loads)
     if found.status != "stands":
-        return Factor("friction", "of friction", 1.0, math.inf, None, found, math.nan, 1)
+        return Factor("friction", SHARE, 1.0, math.inf, None, found, math.nan, 1)
     low, high, solves = 0.0, 1.0, 2
     forces, mechanism = found, replace(statics, friction=0.0).solve(loads)
     if mechanism.status == "stands":
-        return Factor("friction", "of friction", 0.0, 0.0, mechanism, None, 0.0, solves)
-    while high - low > within * high:
+        return Factor("friction", SHARE, 0.0, 0.0, mechanism, None, 0.0, solves)
+    while high - low > max(within * high, NO_FRICTION):
         middle = (low + high) / 2
         found = replace(statics, friction=middle).solve(loads)
         solves += 1
@@ -124,17 +133,24 @@ def least_friction(statics: Statics, *, within: float = WITHIN) -> Factor:
             high, forces = middle, found
         else:
             low, mechanism = middle, found
-    placed = 1.0
-    if statics.placed(loads).status == "stands":
-        bad, placed = 0.0, 1.0
-        if replace(statics, friction=high * (1 + within)).placed(loads).status == "stands":
-            placed = high * (1 + within)
-        else:
-            bad = high
-            while placed - bad > within * placed:
-                middle = (bad + placed) / 2
-                ok = replace(statics, friction=middle).placed(loads).status == "stands"
-                bad, placed = (bad, middle) if ok else (middle, placed)
-    else:
-        placed = math.nan
-    return Factor("friction", "of friction", low, high, forces, mechanism, placed, solves)
+    return Factor("friction", SHARE, low, high, forces, mechanism, _placed_friction(statics, high), solves)
+
+
+def _placed_friction(statics: Statics, least: float) -> float:
+    """The least share of friction with which blocks placed without stress stay, from above."""
+
+    def stays(share: float) -> bool:
+        return replace(statics, friction=share).placed(statics.weights).status == "stands"
+
+    near = least * (1 + PLACED_WITHIN)
+    if near >= 1 or not stays(1.0):
+        return 1.0 if near >= 1 and stays(1.0) else math.nan
+    if stays(near):
+        return near
+    if len(statics.joints) > MANY:
+        return math.nan
+    low, high = near, 1.0
+    while high - low > PLACED_WITHIN * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if stays(middle) else (middle, high)
+    return high

@@ -24,8 +24,8 @@ from .search import WITHIN, Factor, least_friction, load_factor
 from .statics import Equilibrium, Statics, reduced_faces
 
 VERDICTS = {
-    "stands": "forces within the joints balance the weight, and blocks put in place without stress stay",
-    "needs prestress": "forces within the joints can balance the weight, but blocks put in place without stress move",
+    "stands": "forces within the joints balance the weight, and blocks placed freely stay",
+    "needs prestress": "forces within the joints could balance the weight, but blocks placed freely move",
     "falls": "no forces within the joints balance the weight: the mechanism proves it",
     "crushes": "no forces found within the strength of the joints balance the weight",
     "undecided": "the solves did not decide",
@@ -70,28 +70,31 @@ class Stability:
     def joint_forces(self) -> np.ndarray[Any, Any]:
         """(j,) a row per joint: force, where it acts, friction used, eccentricity; fields of JOINTS.
 
-        Of blocks that stand: the forces that joints of a small, equal compliance take. Equilibrium allows
-        others too, see `range_of`.
+        If the blocks stand, these are the forces that joints of a small, equal compliance take. Equilibrium
+        allows others too, see `range_of`.
         """
         return joint_rows(self.statics, self.placed if self.stands else self.equilibrium)
 
     @cached_property
     def mechanism(self) -> Array | None:
-        """(b, 6) linear and angular velocity of every block as it starts to fall, the largest speed of a
-        corner 1 m/s; None if it stands."""
+        """(b, 6) linear and angular velocity of every block as it starts to fall; None if it stands.
+
+        The fastest corner has 1 m/s; linear velocities are those of the centres of mass."""
         if self.stands or self.verdict == "undecided":
             return None
         moves = self.equilibrium if self.equilibrium.status == "falls" else self.placed
         return velocities(self.statics, moves)
 
     def range_of(self, joint: int, along: Sequence[float] | None = None) -> Range:
-        """Least and largest force (N) on block a of a joint among all equilibria, along its normal or `along`.
+        """Least and largest force (N) on block a of a joint in equilibrium, along its normal or `along`.
 
         Both ends are equal where equilibrium determines the force; infinite where blocks can be wedged.
         Raises InputError if the blocks do not stand, and for a joint that does not exist.
         """
         if not 0 <= joint < len(self.statics.joints):
-            raise InputError(f"range_of: there is no joint {joint}; the assembly has {len(self.statics.joints)}")
+            raise InputError(
+                f"range_of: there is no joint {joint}; the assembly has {len(self.statics.joints)}"
+            )
         if self.equilibrium.status != "stands":
             raise InputError("range_of: no forces balance the weight, so that a joint has no range of forces")
         axis = self.statics.joints[joint].normal if along is None else np.array(vector3("along", along))
@@ -110,7 +113,13 @@ class Stability:
             "weight": float(np.linalg.norm(self.statics.weights[:, :3], axis=1).sum()),
             "unbalanced": self.equilibrium.unbalanced,
             "factors": [
-                {"load": f.load, "unit": f.unit, "lower": f.lower, "upper": _finite(f.upper), "placed": _finite(f.placed)}
+                {
+                    "load": f.load,
+                    "unit": f.unit,
+                    "lower": f.lower,
+                    "upper": _finite(f.upper),
+                    "placed": _finite(f.placed),
+                }
                 for f in self.factors
             ],
             "notes": list(self.notes),
@@ -174,7 +183,11 @@ def stability(
         raise InputError(f"stability: {shown(subject)} is neither a Model nor an Assembly; see read_assembly")
     distance = default_gap(assembly) if gap is None else nonnegative_number("gap", gap)
     require_apart(assembly, distance)
-    found = joints_of(subject, assembly, distance) if isinstance(subject, Model) else find_joints(assembly, distance)
+    found = (
+        joints_of(subject, assembly, distance)
+        if isinstance(subject, Model)
+        else find_joints(assembly, distance)
+    )
     require_joined(assembly, found, distance)
     statics = Statics(assembly, tuple(found), tension=tension)
     verdict, statics, equilibrium, placed = _verdict(statics, strength)
@@ -203,7 +216,9 @@ def _verdict(statics: Statics, strength: float) -> tuple[str, Statics, Equilibri
     return words.get(placed.status, "undecided"), statics, equilibrium, placed
 
 
-def _reduced(statics: Statics, equilibrium: Equilibrium, strength: float) -> tuple[bool, Statics, Equilibrium]:
+def _reduced(
+    statics: Statics, equilibrium: Equilibrium, strength: float
+) -> tuple[bool, Statics, Equilibrium]:
     """Faces reduced for the forces on them, until those no longer grow."""
     normals = np.array([joint.normal for joint in statics.joints])
     assumed = np.zeros(len(normals))

@@ -26,10 +26,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from ... import vi
 from ...checks import Array
 from ...model.assembly import Assembly
+from ...problem.operators import Contacts
+from ...problem.problem import Problem
 from .joints import Joint
 from .polygons import inset, shares, widths
 
@@ -39,10 +42,10 @@ PROOF = 1e3
 """A mechanism proves collapse if it excludes all joint forces whose sum is less than this times the loads"""
 TOLERANCES = (1e-8, 1e-11)
 """Natural residuals of a solve, and of a second one where the first decides nothing"""
-COMPLIANCES = (1e-4, 1e-6, 1e-8)
-"""Of joints that are placed without stress, over the mean of their diag(A)"""
+COMPLIANCES = (1e-5, 1e-7, 1e-9)
+"""Compliances of joints placed without stress, over the mean of their diag(A)"""
 VANISHES, REMAINS = 0.1, 0.5
-"""Ratio of the accelerations of one compliance and the next, a hundredth of it, of blocks that stand or move"""
+"""Ratio of the accelerations of one compliance and the next, of blocks that stand or move"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +81,7 @@ class Statics:
     friction: float = 1.0
     """factor of all coefficients of friction"""
     reduced: tuple[Array, ...] | None = None
-    """for each joint (k, 2) the corners that bear, where its compressive strength leaves less than its face"""
+    """for each joint (k, 2) the corners that bear, where the strength leaves less than the face"""
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -86,7 +89,7 @@ class Statics:
         return tuple(i for i, block in enumerate(self.assembly.blocks) if not block.fixed)
 
     @cached_property
-    def corners(self) -> tuple[Array, Array]:
+    def corners(self) -> tuple[Array, NDArray[np.int64]]:
         """(c, 3) points of the forces (m), and (c,) the joint of each."""
         if self.reduced is None:
             points = [joint.polygon for joint in self.joints]
@@ -99,7 +102,7 @@ class Statics:
         return np.concatenate([*points, np.zeros((0, 3))]), owner
 
     @cached_property
-    def operator(self) -> vi.Contacts:
+    def operator(self) -> Contacts:
         """D M^-1 D'."""
         points, owner = self.corners
         place = {block: k for k, block in enumerate(self.free)}
@@ -108,23 +111,24 @@ class Statics:
         a = np.array([place.get(joint.a, -1) for joint in self.joints], dtype=np.int64)[owner]
         b = np.array([place.get(joint.b, -1) for joint in self.joints], dtype=np.int64)[owner]
         arms = [np.where((side >= 0)[:, None], points - centres[side], 0.0) for side in (a, b)]
-        return vi.Contacts(
+        return Contacts(
             [1 / mass.mass for mass in masses],
             np.array([np.linalg.inv(mass.inertia) for mass in masses]).reshape(-1, 3, 3),
             a,
             b,
-            *arms,
+            arms[0],
+            arms[1],
             np.array([joint.normal for joint in self.joints])[owner],
             direction=np.array([joint.axes[0] for joint in self.joints])[owner],
         )
 
     @cached_property
-    def jacobian(self):  # type: ignore[no-untyped-def]
+    def jacobian(self) -> sp.csr_array:
         """D, (3 c, 6 n), sparse."""
         return self.operator.stored().jacobian()
 
     @cached_property
-    def mobility(self):  # type: ignore[no-untyped-def]
+    def mobility(self) -> sp.csr_array:
         """M^-1, (6 n, 6 n), sparse."""
         return self.operator.inverse_mass_matrix()
 
@@ -154,7 +158,7 @@ class Statics:
 
     def problem(
         self, loads: Array, *, law: str = "associated", bias: Array | None = None, compliance: float = 0.0
-    ) -> vi.Problem:
+    ) -> Problem:
         """The variational inequality of loads (n, 6) (N, N m).
 
         bias: (3 c,) velocities added to b. compliance: of each corner, over the mean of its diag(A).
@@ -168,9 +172,9 @@ class Statics:
         if compliance:
             soft = compliance * A.diagonal().reshape(-1, 3).mean(axis=1)
             arrays = {key: value for key, value in vars(A).items() if not key.startswith("_")}
-            A = vi.Contacts.from_arrays(arrays | {"compliance": soft})
+            A = Contacts.from_arrays(arrays | {"compliance": soft})
             b = b - np.repeat(soft, 3) * self.shift
-        return vi.Problem(A, b, "friction", mu=self.mu, law=law)
+        return Problem(A, b, "friction", mu=self.mu, law=law)
 
     def solve(self, loads: Array, *, bias: Array | None = None) -> Equilibrium:
         """The forces that balance loads (n, 6) (N, N m about the centres), or the mechanism that proves that
@@ -188,7 +192,8 @@ class Statics:
         """Forces and accelerations by Coulomb's law of blocks that were placed without stress."""
         left: list[float] = []
         for compliance in COMPLIANCES:
-            solution = self.problem(loads, law="coulomb", compliance=compliance).solve(tolerance=TOLERANCES[0])
+            problem = self.problem(loads, law="coulomb", compliance=compliance)
+            solution = problem.solve(method="interior-point", tolerance=TOLERANCES[0])
             made = self._judged(loads, solution.x, solution.residual)
             left.append(made.unbalanced)
             status = "undecided"
@@ -219,9 +224,7 @@ class Statics:
             status = "stands"
         elif power > 0 and reach >= PROOF:
             status = "falls"
-        return Equilibrium(
-            status, x.reshape(-1, 3), v.reshape(-1, 6), unbalanced, power, reach, residual
-        )
+        return Equilibrium(status, x.reshape(-1, 3), v.reshape(-1, 6), unbalanced, power, reach, residual)
 
     def sums(self, equilibrium: Equilibrium) -> tuple[Array, Array]:
         """For each joint the force on block a (j, 3) (N) and its moment about the origin (j, 3) (N m)."""
@@ -230,8 +233,11 @@ class Statics:
         forces = np.einsum("ck,ckj->cj", equilibrium.forces, frames[owner])
         moments = np.cross(points, forces)
         count = len(self.joints)
-        add = [np.stack([np.bincount(owner, part[:, k], count) for k in range(3)], axis=1) for part in (forces, moments)]
-        return add[0], add[1]
+
+        def summed(parts: Array) -> Array:
+            return np.stack([np.bincount(owner, parts[:, k], count) for k in range(3)], axis=1)
+
+        return summed(forces), summed(moments)
 
 
 def reduced_faces(joints: Sequence[Joint], normal_forces: Array, strength: float) -> tuple[Array, ...] | None:
