@@ -1,8 +1,8 @@
 #pragma once
+#include <limits>
 #include <memory>
 #include <string>
 
-#include "amontons/multibody/model/joint_parts.hpp"
 #include "amontons/multibody/step/own_method.hpp"
 #include "amontons/solvers/driver/options.hpp"
 
@@ -29,10 +29,11 @@ struct SimulationOptions {
   // (of Model::length) are closed at once. 0: no such step.
   double held = 0;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
-  std::size_t max_iterations = 0;  // per solve; 0: the method's own limit
-  double budget = infinity;        // s of wall clock per step; results then depend on the machine
-  unsigned threads = 0;            // 0: one per core if the problem is large enough
-  std::shared_ptr<IterateSource> iterates = {};  // as in Options; null: this library
+  std::size_t max_iterations = 0;                           // per solve; 0: the method's own limit
+  double budget = std::numeric_limits<double>::infinity();  // s of wall clock per step; results then depend
+                                                            // on the machine
+  unsigned threads = 0;                                     // 0: one per core if the problem is large enough
+  std::shared_ptr<IterateSource> iterates = {};             // as in Options; null: this library
   // Largest gap (m) up to which contacts are found; 0: a fiftieth of Model::length(). It is wide enough that
   // unforeseen contacts are rare, and narrow enough that few contacts are open.
   double margin = 0;
