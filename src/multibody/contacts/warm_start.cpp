@@ -87,8 +87,12 @@ void match(const Model& model, std::span<const Contact> last, const Transform& t
   }
 }
 
-// The first of the contacts from `from` on, ordered by pairs, whose pair is not before `pair`. Doubles its
-// steps first: pairs that ascend are found next to each other.
+// The first of the contacts from `from` on, ordered by pairs, whose pair is not before `pair`. Steps double
+// until they pass the pair (Bentley and Yao, 1976), and a bisection of the last step follows.
+//
+// Records of contacts are large: a bisection over all of them misses the cache in nearly every step. Pairs of
+// a search ascend, except where a fixed geom became the second one and where contacts were added later. So
+// most pairs lie a few records behind the last one: k records take 2 log2(k) comparisons.
 std::vector<Contact>::const_iterator find_pair(std::vector<Contact>::const_iterator from,
                                                std::vector<Contact>::const_iterator end,
                                                const std::pair<Index, Index>& pair) {

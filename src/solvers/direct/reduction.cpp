@@ -12,7 +12,9 @@ namespace amontons {
 namespace {
 
 // Whether an island has more rows than `most_rows` beside its bilateral ones. Bilateral rows join bodies as
-// other rows do: these islands are those of find_islands(), which needs the mechanisms for them.
+// other rows do: these islands are those of find_islands(), which needs the mechanisms for them. The analysis
+// would number all bodies of a pile, order its elimination, sort its blocks, and come to the same answer.
+// Problems of few rows skip the test: they have no large island.
 bool has_large_island(const Problem& problem, std::size_t most_rows) {
   if (problem.rows() <= most_rows) return false;
   static thread_local std::vector<std::size_t> rows;  // kept: a step allocates nothing
@@ -29,7 +31,8 @@ bool has_large_island(const Problem& problem, std::size_t most_rows) {
 
 }  // namespace
 
-// Piles are recognised by their links alone: the analysis of so many bodies costs as much as many products.
+// Piles are recognised by their links alone, which the problem has already. The analysis of so many bodies
+// costs as much as many products.
 bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || A->constrained || has_large_island(problem, most_rows)) return false;
