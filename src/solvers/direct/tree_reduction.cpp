@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
@@ -52,11 +53,31 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto last = [&](const ContactGraph::Link& link) { return std::max(place(link.a), place(link.b)); };
   count_ = sort_into_islands(
       problem, true, tree_count_ + free_count_, [this](Index b) { return node_of(b); }, last, blocks_);
-  std::vector<std::size_t>& rows = used_;  // of each island: bilateral ones, others
-  rows.assign(2 * count_, 0);
-  for (const IslandBlock& b : blocks_)
-    if ((rows[2 * static_cast<std::size_t>(b.island) + !b.bilateral()] += b.dim) > most_rows) return false;
-  return true;
+  return all_small(problem, most_rows);
+}
+
+// Whether no island has more bilateral rows, nor a larger matrix in the form that W takes.
+bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
+  struct Size {
+    std::size_t held = 0, others = 0, coordinates = 0;
+  };
+  static thread_local std::vector<Size> size;
+  static thread_local std::vector<std::size_t> of_node;  // coordinates of nodes that are not counted yet
+  size.assign(count_, {});
+  of_node.assign(tree_count_, 0);
+  for (const Index tree : tree_of_) ++of_node[static_cast<std::size_t>(tree)];
+  of_node.resize(tree_count_ + free_count_, 6);
+  for (const IslandBlock& b : blocks_) {
+    Size& island = size[static_cast<std::size_t>(b.island)];
+    (b.bilateral() ? island.held : island.others) += b.dim;
+    const ContactGraph::Link& link = problem.graph.links[b.block];
+    for (const Index body : {link.a, link.b})
+      if (const Index node = node_of(body); node >= 0)
+        island.coordinates += std::exchange(of_node[static_cast<std::size_t>(node)], 0);
+  }
+  return std::all_of(size.begin(), size.end(), [most_rows](const Size& s) {
+    return std::max(s.held, std::min(s.others, s.coordinates)) <= most_rows;
+  });
 }
 
 // Ranges are empty between islands: add_products() clears those that an island has used.

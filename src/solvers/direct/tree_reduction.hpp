@@ -18,8 +18,8 @@ namespace amontons {
 //   A_ff = U'U,   (Z y) = U^-T (A_fc b_f),   W = A_cc - Z'Z,   q = b_c - Z'y,   U x_f = -(y + Z x_c).
 class TreeReduction {
  public:
-  // False where it does not apply: the problem has no linkage, or an island has more than `most_rows` rows of
-  // either kind.
+  // False where it does not apply: the problem has no linkage, or an island has more than `most_rows`
+  // bilateral rows, or more than so many other rows and coordinates.
   bool analyse(const Problem& problem, std::size_t most_rows);
   void factor(const Problem& problem);
 
@@ -48,6 +48,7 @@ class TreeReduction {
   };
 
   void number_nodes(const Problem& problem);
+  bool all_small(const Problem& problem, std::size_t most_rows);
   Index node_of(Index body) const;
   bool is_free(Index body) const { return body >= 0 && free_number_[body] >= 0; }
   std::size_t first_of_free(Index body) const {
