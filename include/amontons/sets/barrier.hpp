@@ -39,7 +39,6 @@ struct BilateralBarrier {
   double degree() const { return 0; }
   void start_factor(double* R) const { R[0] = 1 / std::sqrt(proximal); }
   void start(const double* solution) { x = solution[0]; }
-  void start_near(const double* point, const double*, double) { x = point[0]; }
   void worst(double&, double&) const {}
   void push(double, double) {}
   void factor(double* R) const { start_factor(R); }
@@ -88,24 +87,6 @@ struct ConeBarrier {
       x[k] = live[k] ? D[k] * solution[k] : 0;
       u[k] = -x[k];
     }
-  }
-  // y = x - u splits into two parts along one frame, l_1 and l_2. With those of x (l + sqrt(l^2 + 4 t)) / 2,
-  // and u = x - y, x o u = t e.
-  void start_near(const double* point, const double* dual, double t) {
-    V y{};
-    for (std::size_t k = 0; k < n; ++k) y[k] = live[k] ? D[k] * point[k] - dual[k] / D[k] : 0;
-    const double size = second_order::tail(y);
-    const auto part = [t](double l) {
-      const double root = std::sqrt(l * l + 4 * t);
-      return l > 0 ? 0.5 * (l + root) : 2 * t / (root - l);
-    };
-    const double high = part(y[0] + size), low = n > 1 ? part(y[0] - size) : high;
-    x[0] = 0.5 * (high + low);
-    for (std::size_t k = 1; k < n; ++k) x[k] = size > 0 ? 0.5 * (high - low) * (y[k] / size) : 0;
-    // u has the same frame, and parts t / l.
-    const double u_high = t / high, u_low = t / low;
-    u[0] = 0.5 * (u_high + u_low);
-    for (std::size_t k = 1; k < n; ++k) u[k] = size > 0 ? 0.5 * (u_high - u_low) * (y[k] / size) : 0;
   }
   void worst(double& low_x, double& low_u) const {
     low_x = std::min(low_x, x[0] - second_order::tail(x));

@@ -50,32 +50,6 @@ struct Interval {
     void start(const double* solution) {
       if (open_) x_ = solution[0];
     }
-    // The x inside with x - t / (x - lo) + t / (hi - x) = x - u, by bisection and Newton's method.
-    void start_near(const double* point, const double* dual, double t) {
-      if (!boxed()) {
-        x_ = fixed_ ? lo_ : point[0];
-        return;
-      }
-      const double y = point[0] - dual[0];
-      const auto beyond = [t](double l) {
-        const double root = std::sqrt(l * l + 4 * t);
-        return l > 0 ? 0.5 * (l + root) : 2 * t / (root - l);
-      };
-      // With one bound alone; between two, the root lies between those of each.
-      const double from_lo = below_ ? lo_ + beyond(y - lo_) : y, from_hi = above_ ? hi_ - beyond(hi_ - y) : y;
-      if (below_ && above_) {
-        double low = std::max(lo_, from_hi), high = std::min(hi_, from_lo);
-        for (int k = 0; k < 60; ++k) {
-          x_ = 0.5 * (low + high);
-          const double f = x_ - y - t / (x_ - lo_) + t / (hi_ - x_);
-          (f > 0 ? high : low) = x_;
-        }
-      } else {
-        x_ = below_ ? from_lo : from_hi;
-      }
-      if (below_) z_lo_ = t / (x_ - lo_);
-      if (above_) z_hi_ = t / (hi_ - x_);
-    }
     void worst(double&, double&) const {}
     void push(double, double) {}
     void factor(double* R) {

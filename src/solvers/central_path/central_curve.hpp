@@ -8,6 +8,7 @@
 #include "amontons/base/elementary.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/sets/barriers.hpp"
+#include "solvers/central_path/near_point.hpp"
 #include "solvers/central_path/policy.hpp"
 
 namespace amontons {
@@ -115,12 +116,14 @@ bool CentralCurve<System>::start_near(System& system, const SetProduct& K, Law l
                                       std::span<const double> x0, std::span<const double> u0, double t) {
   start(system, K, law);
   bool all = true;
-  each([&]<class S>(const S& set, auto& barrier, std::size_t, std::size_t row) {
-    if constexpr (requires { barrier.start_near(&x0[row], &u0[row], t); }) {
-      double g[S::dim];
-      add_saxce_term(set, law, &u0[row], g);
-      barrier.start_near(&x0[row], g, t);
-    } else
+  each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, law, &u0[row], g);
+    if constexpr (std::is_same_v<S, Interval>)
+      curve::start_near(barrier, set, system.units().of_x()[block], &x0[row], g, t);
+    else if constexpr (requires { curve::start_near(barrier, &x0[row], g, t); })
+      curve::start_near(barrier, &x0[row], g, t);
+    else
       all = false;
   });
   if (!all) return false;

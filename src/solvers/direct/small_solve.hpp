@@ -7,7 +7,8 @@
 namespace amontons {
 
 // Solves D X = B in place of B = X, `width` numbers per row, by Gauss' method with row pivots; D changes.
-// Returns the sign of det D, 0 if D is singular.
+// Returns the sign of det D, 0 if D is singular: the product of the signs of the pivots, and one change for
+// each exchange of rows.
 //
 // Most blocks of a robot have one row, of a servo, a limit or dry friction along a joint, and need a
 // division.
