@@ -155,6 +155,7 @@ TEST(the_path_is_shorter_from_a_point_near_the_solution) {
     whole += steps_to_the_end(island, {}, 1);
     rest += steps_to_the_end(island, x, 1e-3);
   }
+  std::printf("%d %d\n", rest, whole);
   CHECK(2 * rest < whole);
 }
 
