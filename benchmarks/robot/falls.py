@@ -129,10 +129,6 @@ def sums(found: list[Row]) -> Iterator[str]:
     yield f"step beside MuJoCo's: median {np.median(ratios):.2f}, ninth decile {most:.2f}"
     whole = sum(row["factorizations_mean"] * row["steps"] for row in found)
     yield f"factorisations in all: {whole:.0f}"
-    for key, what in (
-        ("missed", "steps missed"),
-        ("stalled", "steps stalled"),
-        ("raced", "left to the race"),
-    ):
+    for key, what in {"missed": "missed", "stalled": "stalled", "raced": "left to the race"}.items():
         names = [f"{row['case']} ({row['control']}) {row[key]}" for row in found if row[key]]
         yield f"steps {what}: {sum(row[key] for row in found)}" + (f": {', '.join(names)}" if names else "")

@@ -98,9 +98,9 @@ int IslandSystem::factor(std::span<const double> R, std::span<const double> BT) 
   return sign_of_factors(matrix_, pivots_, stride_);
 }
 
-// R is regular but for immobile rows, whose row of D is that of the unit matrix. A contact that sticks has C of
-// about 1 / t, an open one of about t. The matrix weighs rows as an interior point of the primal form does.
-// Its error grows near the end, where Newton's steps on faces follow.
+// R is regular but for immobile rows, whose row of D is that of the unit matrix. A contact that sticks has C
+// of about 1 / t, an open one of about t. The matrix weighs rows as an interior point of the primal form
+// does. Its error grows near the end, where Newton's steps on faces follow.
 int IslandSystem::factor_by_rates(std::span<const double> R, std::span<const double> BT) {
   int sign = 1;
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
