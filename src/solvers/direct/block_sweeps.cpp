@@ -10,7 +10,13 @@ namespace amontons {
 // Projections of a block on its own, with W of the block alone; a row needs one.
 static constexpr int rounds = 3;  // not tuned: the others move in the next sweep
 
-// The bound is Gershgorin's, so that a projection with it cannot go too far.
+// The bound is Gershgorin's: the largest sum of a row's absolute entries is at least the largest eigenvalue.
+// With q at least as large, 1/2 q |d|^2 + <g, d> bounds the change of 1/2 x'W x + b'x from above. A
+// projection of x - g / q then lowers it under the associated law.
+//
+// Under coulomb the De Saxce term is renewed with every projection. Nothing is proven there, and the natural
+// map decides whether the x of the sweeps is kept. The mean of the diagonal is in the maximum because the
+// rows of a block that impulses do not move have no sum.
 void BlockSweeps::start(const Reduction::Island& island, Law law, const std::vector<double>& p) {
   island_ = &island;
   law_ = law;

@@ -35,8 +35,14 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   return all_small(problem, most_rows);
 }
 
-// Whether no island has more bilateral rows, nor a larger matrix in the form that W takes. A tree is counted
-// where its first coordinate is, a free body after them.
+// Whether no island has more bilateral rows, nor a larger matrix in the form that W takes.
+//
+// The matrix that is factored has the smaller of rows and coordinates. Rows beyond the coordinates add to a
+// step in proportion, m n^2 in place of m^3 / 3, as contacts do in a method that works on accelerations. A
+// cube of 26 parts has 126 coordinates and 900 rows of contacts.
+//
+// All coordinates of a tree count, also those that no row of the island reaches. find_used() would be exact,
+// but needs the rows of Y. A tree is counted at its first coordinate, a free body after all trees.
 bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
   struct Size {
     std::size_t held = 0, others = 0, coordinates = 0;
