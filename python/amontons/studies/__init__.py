@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from .masonry.loads import point_load as point_load
     from .masonry.loads import tilt as tilt
     from .masonry.search import Factor as Factor
+    from .masonry.shaking import GroundMotion as GroundMotion
+    from .masonry.shaking import Shaking as Shaking
+    from .masonry.shaking import pulse as pulse
+    from .masonry.shaking import read_ground_motion as read_ground_motion
+    from .masonry.shaking import shake as shake
     from .masonry.stability import Stability as Stability
     from .masonry.stability import stability as stability
     from .masonry.statics import Equilibrium as Equilibrium
@@ -22,10 +27,15 @@ _HOMES = {
     "Block": "model.assembly",
     "Equilibrium": "studies.masonry.statics",
     "Factor": "studies.masonry.search",
+    "GroundMotion": "studies.masonry.shaking",
     "Load": "studies.masonry.loads",
+    "Shaking": "studies.masonry.shaking",
     "Stability": "studies.masonry.stability",
     "horizontal": "studies.masonry.loads",
     "point_load": "studies.masonry.loads",
+    "pulse": "studies.masonry.shaking",
+    "read_ground_motion": "studies.masonry.shaking",
+    "shake": "studies.masonry.shaking",
     "read_assembly": "io.assemblies",
     "stability": "studies.masonry.stability",
     "tilt": "studies.masonry.loads",
