@@ -227,7 +227,7 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
   // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > elementary::sin(step::policy.passing) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > elementary::sin(resolved_turn) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
   if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];
