@@ -248,6 +248,7 @@ static double fastest_point(const std::vector<Contact>& contacts, const BodyVelo
   return fastest;
 }
 
+// A term within `least` of the last one changes nothing: the problem is then not solved again for it.
 bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
   // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
