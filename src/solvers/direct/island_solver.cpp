@@ -13,8 +13,8 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
-// Multiplications of sweeps for one of a failed Newton step, which also linearises the blocks and pivots. Of 1,
-// 2 and 4 the last took the fewest factorisations in four of six runs of robots on the floor.
+// Multiplications of sweeps for one of a failed Newton step, which also linearises the blocks and pivots. The
+// largest of 1, 2 and 4 took the fewest factorisations in four of six runs of robots on the floor.
 static constexpr std::uint64_t newton_step_in_sweeps = 4;  // not tuned: no finer than by halves
 
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
