@@ -157,7 +157,9 @@ void apply_masses(const ContactSystem& A, std::span<double> w, const double* rat
     for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
     A.constrained->apply(held.data());
   }
+  const Linkage* trees = A.constrained ? A.constrained->linkage.get() : nullptr;
   for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    if (trees && trees->place_of(static_cast<Index>(i)) >= 0) continue;
     double v[6];
     A.bodies.apply(i, &w[6 * i], v);
     std::copy(v, v + 6, &w[6 * i]);
@@ -219,8 +221,10 @@ namespace {
 // ones counts with the mass that an impulse on it feels, not with its own.
 void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
   std::size_t row = 0;
-  const auto add = [&](double E, const JacobianRow& j) {
-    double sum = E + effective_inverse_mass(A.bodies, trees.without_trees(j));
+  const auto of_free_bodies = [&](const JacobianRow& j) {
+    return effective_inverse_mass(A.bodies, trees.without_trees(j));
+  };
+  const auto add = [&](double sum) {
     for (std::size_t k = A.half.first[row]; k < A.half.first[row + 1]; ++k)
       sum += A.half.value[k] * A.half.value[k];
     d[row++] = sum;
@@ -228,9 +232,11 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
   for (std::size_t i = 0; i < A.contacts.size(); ++i) {
     const ContactBasis basis(A.contacts[i]);
     for (int k = 0; k < A.contacts[i].rows; ++k)
-      add(A.contact_compliance[i], jacobian_row(A.contacts[i], basis, k));
+      add(A.contact_compliance[i] +
+          (A.half.whole ? 0 : of_free_bodies(jacobian_row(A.contacts[i], basis, k))));
   }
-  for (std::size_t i = 0; i < A.jacobian.size(); ++i) add(A.compliance[i], A.jacobian[i]);
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
+    add(A.compliance[i] + (A.half.whole ? 0 : of_free_bodies(A.jacobian[i])));
 }
 
 // The half rows of n rows of D on the same bodies, one behind the other.
