@@ -111,7 +111,7 @@ class Simulation {
   // Shows them in the state, in place of those of the instant.
   void show_middle();
   // Begins the next step with those in the state, which may have changed since. `steady`: as in a motion that
-  // lasts, after a step of the same length, with the loads of now.
+  // lasts, after a step of the same length, with the present loads.
   void begin_with_shown(bool steady);
   // The options, with automatic values replaced by the derived ones.
   double margin() const;
