@@ -59,6 +59,7 @@ class Extraction {
   void keep_bodies() {
     sub_->bodies = A_.bodies;
     HalfRows& half = sub_->half;
+    half.whole = A_.half.whole;  // a part has some of the rows of the whole
     half.first.assign(1, 0);
     half.coordinate.clear();
     half.value.clear();
