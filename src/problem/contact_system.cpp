@@ -146,7 +146,9 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
   }
 }
 
-// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
+// w = M^-1 w for free bodies; constrained bodies move as their joints allow. Those of a linkage are left out
+// of the loop over free bodies, because their velocities are known already. Other maps do not say which
+// bodies they move until they are called.
 void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates) {
   static thread_local std::vector<double> held;
   if (A.constrained && rates) {
@@ -218,7 +220,8 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
 namespace {
 
 // diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies. A light link that carries heavy
-// ones counts with the mass that an impulse on it feels, not with its own.
+// ones counts with the mass that an impulse on it feels, not with its own. If the rows move bodies of trees
+// alone, the second part is zero, and no row of D is formed for it.
 void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
   std::size_t row = 0;
   const auto of_free_bodies = [&](const JacobianRow& j) {
