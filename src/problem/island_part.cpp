@@ -59,6 +59,9 @@ class Extraction {
   void keep_bodies() {
     sub_->bodies = A_.bodies;
     HalfRows& half = sub_->half;
+    // A part has some of the rows of the whole. So if those move bodies of trees alone, these do too, and the
+    // product of the part needs no sweep over bodies either.
+    half.whole = A_.half.whole;
     half.first.assign(1, 0);
     half.coordinate.clear();
     half.value.clear();
