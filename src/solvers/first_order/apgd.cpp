@@ -43,6 +43,8 @@ constexpr double rounding = 1e-12;
 // Residual over its least since the last drop of the momentum, under coulomb.
 constexpr double most_rise = 1.5;
 
+// The method for a device, which makes these iterations by kernels (on_device.hpp). A refresh takes two
+// products, because u belongs to x and to the extrapolated point y.
 struct ApgdKind {
   static constexpr const char* name = "apgd";
   static constexpr Limits limits{100000, 10000, 100};

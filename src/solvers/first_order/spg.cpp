@@ -59,6 +59,8 @@ class Envelope {
   double f_ = 0;
 };
 
+// The method for a device, which makes these iterations by kernels (on_device.hpp). f is summed there, as it
+// is here: f0 and the differences of the iterations give the objective without a pass over memory.
 struct SpgKind {
   static constexpr const char* name = "p-spg-fb";
   static constexpr Limits limits{100000, 10000, 100};

@@ -13,6 +13,9 @@ struct IterationSums {
   double map, step, backtracks, difference, dAd, dPd, trials;
 };
 
+// Launches and reads of one iteration took 87 us on an H100, whatever the size of the problem
+// (docs/device.md). So the scalars that decide on the next iteration stay where the sums are.
+//
 // P-SPG-FB or APGD made by a device, which keeps vectors and scalars and makes many iterations before anybody
 // is asked. Its iterates are those of spg.cpp and apgd.cpp over the passes of the same device, bit by bit.
 class AnyMethod {
