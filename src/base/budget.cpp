@@ -32,7 +32,10 @@ void Budget::limit_work(double work) {
 }
 
 void Budget::spend(double work) {
-  for (Budget* p = this; p; p = p->whole_) p->work_ -= work;
+  for (Budget* p = this; p; p = p->whole_) {
+    p->work_ -= work;
+    p->spent_ += work;
+  }
 }
 
 // The least along the chain of wholes, of which there are three or four: solve, step, attempt.
