@@ -1,6 +1,6 @@
 """Devices: ns per contact and iteration beside the copy rate of the device, steps of simulations, joints.
 
-    python benchmarks/device.py [--device NAME ...] [--largest CONTACTS] [--seconds SECONDS] [--out FOLDER]
+    python benchmarks/device.py [--device NAME ...] [--largest CONTACTS] [--out FOLDER]
 
 Runs on every GPU that is found, or on the devices that are named; writes device.csv, simulations.csv and
 environment.csv to benchmarks/results/<device>. It needs Python, NumPy, a compiler, and CuPy or pyopencl.
@@ -24,7 +24,8 @@ import numpy as np
 from amontons import _core, scenes
 from amontons.device.backend import Backend, Device, Memory
 from amontons.device.found import chosen_device, open_device
-from amontons.device.passes import DeviceIterate, tiles
+from amontons.device.methods import DeviceMethod, tiles
+from amontons.problem.options import core_options
 
 RESULTS = Path(__file__).resolve().parent / "results"
 BYTES = {"p-spg-fb": 408, "apgd": 512}
@@ -58,50 +59,48 @@ def copy_rate(backend: Backend, nbytes: int) -> float:
     """GB/s that a kernel copies, what is read and what is written together."""
     memory = Memory(backend)
     count = nbytes // 8
-    scalar = memory.filled("scalar", np.zeros(4))
-    one, two = memory.buffer("one", nbytes), memory.buffer("two", nbytes)
+    held = memory.buffer("copied", 2 * nbytes)
     best = float("inf")
     for _ in range(5):
-        backend.download(scalar, 1)
+        backend.download(held, 0, 1)
         begun = perf_counter()
         for _ in range(10):
-            backend.launch("copy", tiles(count), one, two, np.uint32(count))
-        backend.download(two, 1)
+            backend.launch("copy", tiles(count), held, np.uint32(0), np.uint32(count), np.uint32(count))
+        backend.download(held, 0, 1)
         best = min(best, (perf_counter() - begun) / 10)
     return 2 * nbytes / best / 1e9
 
 
-def per_iteration(iterate: Any, method: str, rows: int, seconds: float) -> float:
-    """s of one iteration: the passes as the method calls them, with all that is read between them."""
-    iterate.start(np.zeros(rows))
-    if method == "apgd":
-        iterate.start_momentum()
+class Counted:
+    """A source of solves on a device, of which the last one counts its launches and reads."""
 
-    def once() -> None:
-        if method == "apgd":
-            iterate.momentum_direction(0.5)
-            iterate.curvature()
-            iterate.accelerate(0.5)
-        else:
-            iterate.direction(0.5)
-            iterate.curvature()
-            iterate.update(0.5)
+    def __init__(self, backend: Backend) -> None:
+        self.memory, self.made = Memory(backend), None
+        self.source = _core.IterateSource(backend.device.name, self._make, True, 0, True)
+        self._backend = backend
 
-    for _ in range(3):
-        once()
-    begun, count = perf_counter(), 0
-    while count < 3 or (perf_counter() - begun < seconds and count < 1000):
-        once()
-        count += 1
-    return (perf_counter() - begun) / count
+    def _make(self, problem: _core.Problem, law: _core.Law) -> DeviceMethod:
+        self.made = DeviceMethod(problem, law, self._backend, self.memory)
+        return self.made
 
 
-def on_cpu(problem: amontons.vi.Problem, method: str) -> float:
-    """s of one iteration of the compiled passes, on all cores: a long solve less a short one. Of too few
-    iterations the preparation of the problem, which both contain, would hide the difference."""
-    options = dict(method=method, law="coulomb", tolerance=0)
-    few, many = (min(problem.solve(max_iterations=n, **options).time for _ in range(2)) for n in (2, 102))
-    return max(many - few, 0) / 100
+def solve_time(problem: amontons.vi.Problem, method: str, iterations: int, source: Any = None) -> float:
+    """s of a solve of so many iterations, its preparation and three products of the host included."""
+    options = core_options(
+        method, law="coulomb", tolerance=0, max_iterations=iterations, deadline=None, history=False,
+        threads=None, method_options={},
+    )  # fmt: skip
+    options.iterates = source
+    begun = perf_counter()
+    _core.solve(problem._core, method, options, None, None)
+    return perf_counter() - begun
+
+
+def per_iteration(problem: amontons.vi.Problem, method: str, source: Any = None) -> float:
+    """s of one iteration: a long solve less a short one. The preparation of the problem, which both contain,
+    would hide the difference of too few iterations."""
+    few, many = (min(solve_time(problem, method, n, source) for _ in range(2)) for n in (2, 202))
+    return max(many - few, 0) / 200
 
 
 def fits_host(contacts: int) -> bool:
@@ -121,36 +120,38 @@ def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterato
         for method in ("p-spg-fb", "apgd"):
             try:
                 begun = perf_counter()
-                iterate = DeviceIterate(problem._core, _core.Law.coulomb, backend, Memory(backend))
+                counted = Counted(backend)
+                counted._make(problem._core, _core.Law.coulomb)
                 uploaded = perf_counter() - begun
-                time = per_iteration(iterate, method, problem.rows, options.seconds)
+                time = per_iteration(problem, method, counted.source)
             except amontons.InputError as error:  # no room
                 print(error)
                 return
             read = BYTES[method] * contacts + BYTES_OF_BODY * bodies
             yield {
                 "problem": "lattice", "contacts": contacts, "bodies": bodies, "method": method,
-                "ns": 1e9 * time / contacts, "ns_cpu": 1e9 * on_cpu(problem, method) / contacts,
+                "ns": 1e9 * time / contacts, "ns_cpu": 1e9 * per_iteration(problem, method) / contacts,
                 "gb_per_s": read / time / 1e9, "copy_gb_per_s": rate, "share": read / time / 1e9 / rate,
-                "memory_bytes_per_contact": iterate._memory.nbytes / contacts, "make_s": made,
+                "memory_bytes_per_contact": counted.memory.nbytes / contacts, "make_s": made,
                 "upload_s": uploaded, "us_iteration": 1e6 * time,
+                "launches_iteration": counted.made.launches / 202,
+                "reads_iteration": counted.made.reads / 202,
             }  # fmt: skip
-            del iterate
+            del counted
         n *= 10
 
 
-def with_joints(backend: Backend, seconds: float) -> Iterator[dict[str, Any]]:
+def with_joints(backend: Backend) -> Iterator[dict[str, Any]]:
     """A vehicle on its tracks and a long chain: rows of joints."""
     for name, parameters in (("tracked_vehicle", {}), ("network", {})):
         sim = amontons.Simulation(scenes.make(name, **parameters), tolerance=1e-3, on_failure="ignore")
         sim.step()
         problem = sim.problem()
         for method in ("p-spg-fb", "apgd"):
-            iterate = DeviceIterate(problem._core, _core.Law.coulomb, backend, Memory(backend))
-            time = per_iteration(iterate, method, problem.rows, seconds)
+            time = per_iteration(problem, method, Counted(backend).source)
             yield {
                 "problem": name, "contacts": problem.contacts, "rows": problem.rows - 3 * problem.contacts,
-                "method": method, "us_iteration": 1e6 * time, "us_cpu": 1e6 * on_cpu(problem, method),
+                "method": method, "us_iteration": 1e6 * time, "us_cpu": 1e6 * per_iteration(problem, method),
             }  # fmt: skip
 
 
@@ -196,7 +197,7 @@ def measure(device: Device, options: argparse.Namespace) -> None:
     print(f"{device.name}: {device.hardware}, {device.driver}, copies {rate:.4g} GB/s")
     rows = list(sizes(options, backend, rate))
     write(folder / "device.csv", rows)
-    write(folder / "joints.csv", list(with_joints(backend, options.seconds)))
+    write(folder / "joints.csv", list(with_joints(backend)))
     counts = tuple(n for n in (10_000, 100_000) if n <= options.largest)
     if counts:
         write(folder / "simulations.csv", list(simulated(device, counts, steps=5)))
@@ -212,9 +213,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--device", action="append", help="devices by name (default: every GPU)")
     parser.add_argument("--largest", type=int, default=10_000_000, help="contacts of the largest problem")
-    parser.add_argument(
-        "--seconds", type=float, default=2.0, help="that one measurement takes at most, or a little more"
-    )
     parser.add_argument("--out", type=Path, help="folder for the CSV files (default: by device)")
     options = parser.parse_args()
     named = [chosen_device(name) for name in options.device or ()]

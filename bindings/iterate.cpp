@@ -1,3 +1,5 @@
+#include <cstring>
+
 #include "amontons/base/leave.hpp"
 #include "amontons/solvers/first_order/device_layout.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
@@ -45,94 +47,141 @@ nb::object interruptible(auto&& call) {
   throw LeftEarly{true};
 }
 
-// The passes of an object of Python, amontons.vi.Iterate.
-class PythonIterate final : public AnyIterate {
+// Calls of an object of Python by the names of its functions.
+class PythonObject {
  public:
-  PythonIterate(nb::object passes, std::size_t rows) : passes_(hold(std::move(passes))), rows_(rows) {}
+  PythonObject(nb::object object, std::size_t rows) : object_(hold(std::move(object))), rows_(rows) {}
+  std::size_t rows() const { return rows_; }
 
-  double start(std::span<const double> x0) override {
-    nb::gil_scoped_acquire gil;
-    std::vector<double> x(rows_);
-    std::copy(x0.begin(), x0.end(), x.begin());
-    return number(call("start", to_numpy(std::move(x))), "start");
-  }
-  double refresh() override { return one("refresh"); }
-  Direction direction(double alpha) override {
-    const auto [dg, dPd] = several<2>("direction", alpha);
-    return {dg, dPd};
-  }
-  double curvature() override { return one("curvature"); }
-  Update update(double lambda) override {
-    const auto [sy, yPy, residual_squared] = several<3>("update", lambda);
-    return {sy, yPy, residual_squared};
-  }
-  void start_momentum() override { none("start_momentum"); }
-  MomentumDirection momentum_direction(double alpha) override {
-    const auto [dPd, dPm] = several<2>("momentum_direction", alpha);
-    return {dPd, dPm};
-  }
-  double accelerate(double beta) override { return one("accelerate", beta); }
-  double refresh_momentum() override { return one("refresh_momentum"); }
-  void keep_best() override { none("keep_best"); }
-  void extract_best(std::span<double> x) const override { vector("extract_best", x); }
-  void extract(std::span<double> x) const override { vector("extract", x); }
-  double objective() const override { return one("objective"); }
-
- private:
   template <class... Arguments>
-  nb::object call(const char* pass, Arguments&&... arguments) const {
+  nb::object call(const char* name, Arguments&&... arguments) const {
     return interruptible(
-        [&] { return nb::object(passes_->attr(pass)(std::forward<Arguments>(arguments)...)); });
+        [&] { return nb::object(object_->attr(name)(std::forward<Arguments>(arguments)...)); });
   }
   template <class... Arguments>
-  double one(const char* pass, Arguments... arguments) const {
+  double one(const char* name, Arguments... arguments) const {
     nb::gil_scoped_acquire gil;
-    return number(call(pass, arguments...), pass);
+    return number(call(name, arguments...), name);
   }
   template <std::size_t n>
-  std::array<double, n> several(const char* pass, double argument) const {
+  std::array<double, n> several(const char* name, double argument) const {
     nb::gil_scoped_acquire gil;
-    return numbers<n>(call(pass, argument), pass);
+    return numbers<n>(call(name, argument), name);
   }
-  void none(const char* pass) const {
+  void none(const char* name) const {
     nb::gil_scoped_acquire gil;
-    call(pass);
+    call(name);
   }
   // Outside the loop, where nobody would catch LeftEarly: once more.
-  void vector(const char* pass, std::span<double> x) const {
+  void vector(const char* name, std::span<double> x) const {
     nb::gil_scoped_acquire gil;
     nb::object result;
     try {
-      result = call(pass);
+      result = call(name);
     } catch (const LeftEarly&) {
-      result = passes_->attr(pass)();
+      result = object_->attr(name)();
     }
     Vector values;
     if (!nb::try_cast(result, values) || values.shape(0) != x.size())
-      throw InputError(std::string("iterate: ") + pass + "() must return an array of " +
+      throw InputError(std::string("iterate: ") + name + "() must return an array of " +
                        std::to_string(x.size()) + " float64");
     std::copy_n(values.data(), x.size(), x.begin());
   }
 
-  Held passes_;
+ private:
+  Held object_;
   std::size_t rows_;
 };
 
-// make(problem, law): the object, of a problem that is alive during the solve only. With a layout it is
-// called for problems that a device serves, with at least so many contacts.
+// The passes of an object of Python, amontons.vi.Iterate.
+class PythonIterate final : public AnyIterate {
+ public:
+  PythonIterate(nb::object passes, std::size_t rows) : passes_(std::move(passes), rows) {}
+
+  double start(std::span<const double> x0) override {
+    nb::gil_scoped_acquire gil;
+    std::vector<double> x(passes_.rows());
+    std::copy(x0.begin(), x0.end(), x.begin());
+    return number(passes_.call("start", to_numpy(std::move(x))), "start");
+  }
+  double refresh() override { return passes_.one("refresh"); }
+  Direction direction(double alpha) override {
+    const auto [dg, dPd] = passes_.several<2>("direction", alpha);
+    return {dg, dPd};
+  }
+  double curvature() override { return passes_.one("curvature"); }
+  Update update(double lambda) override {
+    const auto [sy, yPy, residual_squared] = passes_.several<3>("update", lambda);
+    return {sy, yPy, residual_squared};
+  }
+  void start_momentum() override { passes_.none("start_momentum"); }
+  MomentumDirection momentum_direction(double alpha) override {
+    const auto [dPd, dPm] = passes_.several<2>("momentum_direction", alpha);
+    return {dPd, dPm};
+  }
+  double accelerate(double beta) override { return passes_.one("accelerate", beta); }
+  double refresh_momentum() override { return passes_.one("refresh_momentum"); }
+  void keep_best() override { passes_.none("keep_best"); }
+  void extract_best(std::span<double> x) const override { passes_.vector("extract_best", x); }
+  void extract(std::span<double> x) const override { passes_.vector("extract", x); }
+  double objective() const override { return passes_.one("objective"); }
+
+ private:
+  PythonObject passes_;
+};
+
+// Whole iterations of an object of Python, amontons.device.methods.DeviceMethod.
+class PythonMethod final : public AnyMethod {
+ public:
+  PythonMethod(nb::object method, std::size_t rows) : method_(std::move(method), rows) {}
+
+  double start(const char* method, std::span<const double> x0, const Settings& settings) override {
+    nb::gil_scoped_acquire gil;
+    nb::dict given;
+    for (const auto& [name, value] : settings) given[name.c_str()] = value;
+    return number(method_.call("start", method, to_numpy(std::vector<double>(x0.begin(), x0.end())), given),
+                  "start");
+  }
+  void advance(std::size_t most, std::vector<IterationSums>& sums) override {
+    nb::gil_scoped_acquire gil;
+    const auto told = nb::cast<Matrix>(method_.call("advance", most));
+    static_assert(sizeof(IterationSums) == 7 * sizeof(double));
+    AMONTONS_REQUIRE(told.shape(1) == 7, "advance() must return (n, 7) numbers");
+    sums.resize(told.shape(0));
+    if (!sums.empty()) std::memcpy(sums.data(), told.data(), sums.size() * sizeof(IterationSums));
+  }
+  double refresh() override { return method_.one("refresh"); }
+  void extract_best(std::span<double> x) const override { method_.vector("extract_best", x); }
+  void extract(std::span<double> x) const override { method_.vector("extract", x); }
+  double objective() const override { return method_.one("objective"); }
+
+ private:
+  PythonObject method_;
+};
+
+// make(problem, law): the object, of a problem that is alive during the solve only: passes, or with
+// `as_method` whole iterations. With a layout it is called for problems that a device serves, with at least
+// so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
-                                      std::size_t least_contacts) {
+                                      std::size_t least_contacts, bool as_method) {
   auto out = std::make_shared<IterateSource>();
   out->name = std::move(name);
   out->takes = [with_layout, least_contacts](const Problem& problem) {
     return !with_layout || (problem.K.contacts() >= least_contacts && DeviceLayout::fits(problem));
   };
-  out->make = [make = hold(std::move(make))](const Problem& problem, Law law) -> std::unique_ptr<AnyIterate> {
+  const auto made_as = [make = hold(std::move(make))]<class T>(const Problem& problem, Law law, T*) {
     nb::gil_scoped_acquire gil;
     const nb::object view = nb::cast(const_cast<Problem*>(&problem), nb::rv_policy::reference);
-    return std::make_unique<PythonIterate>(interruptible([&] { return nb::object((*make)(view, law)); }),
-                                           problem.rows());
+    return std::make_unique<T>(interruptible([&] { return nb::object((*make)(view, law)); }), problem.rows());
   };
+  if (as_method)
+    out->make_method = [made_as](const Problem& problem, Law law) {
+      return made_as(problem, law, static_cast<PythonMethod*>(nullptr));
+    };
+  else
+    out->make = [made_as](const Problem& problem, Law law) {
+      return made_as(problem, law, static_cast<PythonIterate*>(nullptr));
+    };
   return out;
 }
 
@@ -217,7 +266,7 @@ void bind_layout(nb::module_& m) {
 void bind_iterate(nb::module_& m) {
   nb::class_<IterateSource>(m, "IterateSource", "Where first-order methods take their iterates from.")
       .def(nb::new_(&source), nb::arg("name"), nb::arg("make"), nb::arg("with_layout"),
-           nb::arg("least_contacts"));
+           nb::arg("least_contacts"), nb::arg("as_method") = false);
   bind_layout(m);
 }
 

@@ -148,7 +148,7 @@ class Problem:
 class IterateSource:
     """Where first-order methods take their iterates from."""
 
-    def __init__(self, name: str, make: Callable, with_layout: bool, least_contacts: int) -> None: ...
+    def __init__(self, name: str, make: Callable, with_layout: bool, least_contacts: int, as_method: bool = False) -> None: ...
 
 class DeviceLayout:
     """The arrays of the passes, as a device reads them."""
@@ -306,6 +306,12 @@ class Options:
 
     @jacobi_omega.setter
     def jacobi_omega(self, arg: float, /) -> None: ...
+
+    @property
+    def admm_rho(self) -> float: ...
+
+    @admm_rho.setter
+    def admm_rho(self, arg: float, /) -> None: ...
 
 class IterationRecord:
     """

@@ -1,7 +1,8 @@
-"""The description of a device, and the four functions of its backend."""
+"""The description of a device, and the five functions of its backend."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, Protocol
@@ -35,6 +36,10 @@ class Device:
     """double precision, without which it is of no use here"""
 
 
+Launch = tuple[str, int, tuple[Any, ...]]
+"""a kernel, its number of work groups and its arguments"""
+
+
 class Backend(Protocol):
     """A device with the kernels of kernels.cl, and a queue that runs them in the order of their launches."""
 
@@ -44,16 +49,20 @@ class Backend(Protocol):
         """A buffer; InputError where the device has no room."""
         ...
 
-    def upload(self, buffer: Any, values: NDArray[Any]) -> None:
-        """Copy an array to the begin of a buffer."""
+    def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
+        """Copy an array into a buffer, from its entry `begin` of the type of the array on."""
         ...
 
-    def download(self, buffer: Any, count: int) -> Array:
-        """The first `count` doubles of a buffer, once all that was launched is done."""
+    def download(self, buffer: Any, begin: int, count: int) -> Array:
+        """`count` doubles of a buffer from number `begin` on, once all that was launched is done."""
         ...
 
     def launch(self, kernel: str, groups: int, *arguments: Any) -> None:
         """Run a kernel with so many work groups; arguments are buffers, np.uint32 and np.float64."""
+        ...
+
+    def program(self, launches: Sequence[Launch]) -> Callable[[], None]:
+        """These launches, in this order, as one call that may be repeated."""
         ...
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..errors import InputError
-from .backend import Device, no_room, source
+from .backend import Device, Launch, no_room, source
 
 PACKAGE = 'CuPy (pip install "amontons[cuda]")'
 DRIVER = "the driver of NVIDIA"
@@ -51,31 +53,50 @@ class Cuda:
         self.device = _described(cupy, index)
         self.group = 256 if group is None else group
         self._on = cupy.cuda.Device(index)
-        self._kernels: dict[str, Any] = {}
+        text = source() if text is None else text
         with self._on:
-            self._program = cupy.RawModule(code=source() if text is None else text, options=OPTIONS)
+            self._stream = cupy.cuda.Stream(non_blocking=True)
+            program = cupy.RawModule(code=text, options=OPTIONS)
+            names = re.findall(r"^KERNEL (\w+)\(", text, re.MULTILINE)
+            self._kernels = {name: program.get_function(name) for name in names}
+            for kernel in self._kernels.values():
+                _ = kernel.num_regs  # loads it: a stream that is captured must not wait for that
 
     def allocate(self, nbytes: int) -> Any:
         """See `Backend`."""
         try:
-            with self._on:
+            with self._on, self._stream:
                 return self._cupy.empty(nbytes, dtype=np.uint8)
         except self._cupy.cuda.memory.OutOfMemoryError:
             raise no_room(self.device, nbytes) from None
 
-    def upload(self, buffer: Any, values: NDArray[Any]) -> None:
+    def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""
-        with self._on:
-            buffer[: values.nbytes].set(values.reshape(-1).view(np.uint8))
+        offset = begin * values.itemsize
+        with self._on, self._stream:
+            buffer[offset : offset + values.nbytes].set(values.reshape(-1).view(np.uint8))
 
-    def download(self, buffer: Any, count: int) -> Array:
+    def download(self, buffer: Any, begin: int, count: int) -> Array:
         """See `Backend`."""
-        with self._on:
-            return buffer[: 8 * count].get().view(np.float64)
+        with self._on, self._stream:
+            return buffer[8 * begin : 8 * (begin + count)].get().view(np.float64)
 
     def launch(self, kernel: str, groups: int, *arguments: Any) -> None:
         """See `Backend`."""
-        with self._on:
-            if kernel not in self._kernels:
-                self._kernels[kernel] = self._program.get_function(kernel)
+        with self._on, self._stream:
             self._kernels[kernel]((groups,), (self.group,), arguments)
+
+    def program(self, launches: Sequence[Launch]) -> Callable[[], None]:
+        """See `Backend`. A graph: the device goes from kernel to kernel without the host."""
+        held = tuple(launches)  # with their buffers, which the graph knows by address only
+        with self._on, self._cupy.cuda.Stream(non_blocking=True) as apart:  # no other thread launches there
+            apart.begin_capture()
+            for kernel, groups, arguments in held:
+                self._kernels[kernel]((groups,), (self.group,), arguments)
+            graph = apart.end_capture()
+
+        def run(held: tuple[Launch, ...] = held) -> None:
+            with self._on:
+                graph.launch(self._stream)
+
+        return run

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..problem.iterate import source_of_device
 from . import cuda, opencl
 from .backend import Backend, Device, Memory
-from .passes import DeviceIterate
+from .methods import DeviceMethod
 
 BACKENDS: dict[str, Any] = {"cuda": cuda, "opencl": opencl}
 NAMES = '"cpu", "gpu", "cuda", "cuda:1", "opencl", "opencl:1"'
@@ -96,19 +96,19 @@ def open_device(device: Device) -> Backend:
 
 
 def source_on(backend: Backend, name: str, least_contacts: int) -> _core.IterateSource:
-    """Iterates on a device; each takes buffers that no other one uses, and gives them back at its end."""
+    """Solves on a device; each takes buffers that no other one uses, and gives them back at its end."""
     idle: list[Memory] = []
 
-    def make(problem: _core.Problem, law: _core.Law) -> DeviceIterate:
+    def make(problem: _core.Problem, law: _core.Law) -> DeviceMethod:
         try:
             memory = idle.pop()
         except IndexError:
             memory = Memory(backend)
-        iterate = DeviceIterate(problem, law, backend, memory)
-        weakref.finalize(iterate, idle.append, memory)
-        return iterate
+        method = DeviceMethod(problem, law, backend, memory)
+        weakref.finalize(method, idle.append, memory)
+        return method
 
-    return _core.IterateSource(name, make, True, least_contacts)
+    return _core.IterateSource(name, make, least_contacts=least_contacts, with_layout=True, as_method=True)
 
 
 def _source_of_device(device: object, least_contacts: int) -> _core.IterateSource | None:

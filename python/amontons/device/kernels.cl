@@ -7,6 +7,10 @@
 // depends on the size of a group or on the order of work items. No contraction; division and square root are correctly
 // rounded in double precision. tests/support/numpy_iterate.py does the same operations in the same order.
 //
+// The methods run here as well: their scalars lie in `state`, which kernels of one group change between the passes
+// (decide_*). Its arithmetic is that of solvers/first_order/spg.cpp and apgd.cpp, operation by operation. So the host
+// launches many iterations and reads once. A kernel that finds state[STOP] set changes nothing.
+//
 // Bytes per contact and iteration, each array counted once per pass that reads or writes it:
 //   direction  normal 24, mu 8, p 8, x 24, u 24 read, d 24 written                                   112
 //   bodies     d 24, two arms 48, two places in lists 8                                               80
@@ -51,6 +55,46 @@ typedef unsigned int uint;
 // Sizes that all passes need: contacts, rows, and the lengths that their arrays are padded to.
 #define SIZES uint contacts, uint rows, uint stride, uint row_stride, uint flags
 
+// What is in `state`. Whole numbers are doubles. passes.py has the same list.
+enum {
+  STOP,       // 0, or why the host is asked: REFRESH, STATIONARY, ENOUGH
+  LEFT,       // iterations that may still be made
+  COUNT,      // iterations made, each with a record
+  STALE,      // iterations since u was formed from scratch
+  PERIOD,     // iterations after which it must be
+  TOLERANCE,  // of the residual
+  SCALE,      // natural map of zero impulses
+  LEAST_MAP,  // the smallest residual so far
+  AT_START,   // residual of the start: an iterate must be better to be kept
+  VECTOR_D,   // numbers of vectors: d,
+  NOW,        // x,
+  BEFORE,     // the x before,
+  BEST,       // the best x,
+  U,          // u,
+  U_BEFORE,   // the u before
+  SUM,        // of the last `collect`
+  INFINITE,
+  // P-SPG-FB: spg.cpp
+  ALPHA, LAMBDA, DG, DPD, DAD, DIFFERENCE, VALUES, ODD, BACKTRACKS, ALPHA_MIN, ALPHA_MAX, SIGMA_MIN, SIGMA_MAX, GAMMA,
+  MEMORY,
+  // APGD: apgd.cpp
+  L, THETA, BETA, BETA_NEXT, LAST, LEAST, ACCEPTED, TRIALS, RELAXATION, ROUNDING, MOST_RISE,
+  SCALARS
+};
+#define REFRESH 1.0
+#define STATIONARY 2.0
+#define ENOUGH 3.0
+#define MAX_BACKTRACKS 60u
+// Records of iterations follow: squared natural map, step, backtracks, objective less that of the start, <d, A d>,
+// <d, P d>, trials.
+#define RECORD 7u
+// Vectors lie one after the other: d, u, three x; of APGD a fourth x and a second u.
+#define FIRST_X 2u
+#define VECTORS GLOBAL const double* state, GLOBAL double* vectors, uint size
+#define VECTOR(which) (vectors + (uint)state[which] * size)
+// Kernels with barriers do not return before the last one: some drivers of processors hang there.
+#define RUNNING (state[STOP] == 0.0)
+
 typedef struct { double x, y, z; } V3;
 typedef struct { double v[6]; } V6;
 
@@ -85,17 +129,17 @@ DEVICE void sum_tile(LOCAL double* t, uint count, GLOBAL double* partial, uint a
   for (uint s = ITEM; s < count; s += ITEMS) partial[s * tiles + at] = t[s * TILE];
 }
 
-// Group s sums partial[s n] .. [s n + n - 1] for s < 3, and n_last numbers from 3 n on for s = 3.
-KERNEL collect(GLOBAL const double* partial, GLOBAL double* scalars, uint n, uint n_last) {
-  LOCAL_ARRAY(t, TILE);
-  const uint begin = GROUP * n, count = GROUP < 3u ? n : n_last;
+// t[s TILE] = the sum of partial[s n] .. [s n + n - 1] for s < 3, and of n_last numbers from 3 n on for s = 3.
+DEVICE void collect_sums(GLOBAL const double* partial, uint n, uint n_last, LOCAL double* t) {
   FOR_TILE(i) {
-    double sum = 0.0;
-    for (uint k = i; k < count; k += TILE) sum += partial[begin + k];
-    t[i] = sum;
+    for (uint s = 0u; s < 4u; ++s) {
+      const uint begin = s * n, count = s < 3u ? n : n_last;
+      double sum = 0.0;
+      for (uint k = i; k < count; k += TILE) sum += partial[begin + k];
+      t[s * TILE + i] = sum;
+    }
   }
-  tree(t, 1u);
-  if (ITEM == 0u) scalars[GROUP] = t[0];
+  tree(t, 4u);
 }
 
 // Coulomb's cone about n ---------------------------------------------------------------------------------------------
@@ -226,15 +270,17 @@ DEVICE double move(V6 w, GLOBAL const double* mass, uint line_stride, uint line,
 }
 
 // lines = M^-1 D'v, and <D'v, M^-1 D'v> by tiles: a work item per body, but for the large ones.
-KERNEL bodies(GLOBAL const double* v, uint stride, GLOBAL const uint* first, GLOBAL const uint* contact_list,
+KERNEL bodies(VECTORS, uint which, uint stride, GLOBAL const uint* first, GLOBAL const uint* contact_list,
               GLOBAL const double* list_arm, uint arms, GLOBAL const uint* first_row, GLOBAL const uint* row_list,
               GLOBAL const double* list_row, uint levers, GLOBAL const double* mass, uint line_stride,
               GLOBAL double* lines, GLOBAL double* partial, uint begin, uint bodies_) {
   LOCAL_ARRAY(t, TILE);
+  GLOBAL const double* v = VECTOR(which);
+  const int running = RUNNING;
   FOR_TILE(i) {
     const uint line = GROUP * TILE + i + 1u;
     double sum = 0.0;
-    if (line <= bodies_) {
+    if (running && line <= bodies_) {
       const V6 w = gather(v, stride, contact_list, list_arm, arms, row_list, list_row, levers, first[2u * line],
                           first[2u * line + 1u], first_row[2u * line], first_row[2u * line + 1u]);
       sum = move(w, mass, line_stride, line, lines);
@@ -245,9 +291,11 @@ KERNEL bodies(GLOBAL const double* v, uint stride, GLOBAL const uint* first, GLO
 }
 
 // Impulses of the parts of large bodies, eight doubles each.
-KERNEL parts(GLOBAL const double* v, uint stride, GLOBAL const uint* contact_list, GLOBAL const double* list_arm,
+KERNEL parts(VECTORS, uint which, uint stride, GLOBAL const uint* contact_list, GLOBAL const double* list_arm,
              uint arms, GLOBAL const uint* row_list, GLOBAL const double* list_row, uint levers,
              GLOBAL const uint* part, GLOBAL double* part_lines, uint count) {
+  if (!RUNNING) return;
+  GLOBAL const double* v = VECTOR(which);
   FOR_TILE(i) {
     const uint k = GROUP * TILE + i;
     if (k < count) {
@@ -259,8 +307,8 @@ KERNEL parts(GLOBAL const double* v, uint stride, GLOBAL const uint* contact_lis
 }
 
 // A group per large body adds its parts up; after `bodies`, which left zeros there.
-KERNEL large(GLOBAL const uint* list, GLOBAL const double* part_lines, GLOBAL const double* mass, uint line_stride,
-             GLOBAL double* lines, GLOBAL double* partial, uint begin) {
+KERNEL large(GLOBAL const double* state, GLOBAL const uint* list, GLOBAL const double* part_lines,
+             GLOBAL const double* mass, uint line_stride, GLOBAL double* lines, GLOBAL double* partial, uint begin) {
   LOCAL_ARRAY(t, 6u * TILE);
   const uint line = list[3u * GROUP], end = list[3u * GROUP + 2u];
   FOR_TILE(i) {
@@ -271,25 +319,87 @@ KERNEL large(GLOBAL const uint* list, GLOBAL const double* part_lines, GLOBAL co
     for (uint j = 0u; j < 6u; ++j) t[j * TILE + i] = w[j];
   }
   tree(t, 6u);
-  if (ITEM == 0u) {
+  if (ITEM == 0u && RUNNING) {
     V6 w;
     for (uint j = 0u; j < 6u; ++j) w.v[j] = t[j * TILE];
     partial[begin + GROUP] = move(w, mass, line_stride, line, lines);
   }
 }
 
+// Between the passes -------------------------------------------------------------------------------------------------
+
+// A vector for the next x, which is neither the current nor the best one, nor that before.
+DEVICE uint free_vector(GLOBAL const double* state) {
+  uint k = FIRST_X;
+  while (state[NOW] == (double)k || state[BEST] == (double)k || state[BEFORE] == (double)k)
+    ++k;
+  return k;
+}
+
+// The residual of the current x is known: is it the best one?
+DEVICE void compare(GLOBAL double* state, double map) {
+  const double residual = sqrt(map) / state[SCALE];
+  if (!(residual < state[LEAST_MAP])) return;
+  state[LEAST_MAP] = residual;
+  if (residual < state[AT_START]) state[BEST] = state[NOW];
+}
+
+// The record of an iteration, and whether the next one may begin. An iterate that is to be refreshed is not compared
+// before.
+DEVICE void end_iteration(GLOBAL double* state, double map, double step, double difference, double trials) {
+  GLOBAL double* record = state + SCALARS + RECORD * (uint)state[COUNT];
+  record[0] = map;
+  record[1] = step;
+  record[2] = state[BACKTRACKS];
+  record[3] = difference;
+  record[4] = state[DAD];
+  record[5] = state[DPD];
+  record[6] = trials;
+  state[COUNT] += 1.0;
+  state[STALE] += 1.0;
+  state[LEFT] -= 1.0;
+  if (state[STALE] >= state[PERIOD] || sqrt(map) / state[SCALE] <= state[TOLERANCE]) {
+    state[STOP] = REFRESH;
+  } else {
+    compare(state, map);
+    if (!(state[LEFT] > 0.0)) state[STOP] = ENOUGH;
+  }
+}
+
+// So many iterations may be made.
+KERNEL allow(GLOBAL double* state, double iterations) {
+  if (ITEM != 0u) return;
+  state[STOP] = 0.0;
+  state[LEFT] = iterations;
+  state[COUNT] = 0.0;
+}
+
+// The first of the sums of a pass; with `fresh` it is the natural map of an x whose u was formed from scratch.
+KERNEL collect(GLOBAL const double* partial, GLOBAL double* state, uint n, uint fresh) {
+  LOCAL_ARRAY(t, 4u * TILE);
+  collect_sums(partial, n, 0u, t);
+  if (ITEM != 0u) return;
+  state[SUM] = t[0];
+  if (!fresh) return;
+  state[STALE] = 0.0;
+  compare(state, t[0]);
+}
+
 // P-SPG-FB -----------------------------------------------------------------------------------------------------------
 
 // d = Pi_K(x - alpha P^-1 g) - x; <d, g>, <d, P d>, <d, E d>. Tiles of contacts, then of rows.
-KERNEL direction(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const double* x,
-                 GLOBAL const double* u, GLOBAL double* d, GLOBAL double* partial, double alpha, SIZES) {
+KERNEL direction(VECTORS, GLOBAL const double* contact, GLOBAL const double* row, GLOBAL double* partial, SIZES) {
   LOCAL_ARRAY(t, 3u * TILE);
+  const int running = RUNNING;
+  GLOBAL const double *x = VECTOR(NOW), *u = VECTOR(U);
+  GLOBAL double* d = VECTOR(VECTOR_D);
+  const double alpha = state[ALPHA];
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double dg = 0.0, dPd = 0.0, dEd = 0.0;
     const uint c = GROUP * TILE + i, r = c - tiles * TILE;
     if (GROUP < tiles) {
-      if (c < contacts) {
+      if (running && c < contacts) {
         const V3 n = load3(contact, stride, c), xc = load3(x, stride, c), uc = load3(u, stride, c);
         const double mu = contact[3u * stride + c], p = contact[4u * stride + c];
         const V3 g = add(uc, times(saxce(uc, n, mu, flags), n));
@@ -300,7 +410,7 @@ KERNEL direction(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL 
         dPd = p * dd;
         if (flags & COMPLIANT) dEd = contact[7u * stride + c] * dd;
       }
-    } else if (r < rows) {
+    } else if (running && r < rows) {
       const uint at = 3u * stride + r;
       const double p = row[r];
       const double dr = clip(x[at] - alpha / p * u[at], row[row_stride + r], row[2u * row_stride + r]) - x[at];
@@ -317,17 +427,19 @@ KERNEL direction(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL 
 }
 
 // x_next = x + lambda d, u += lambda A d; <s, y>, <y, P^-1 y>, the natural map.
-KERNEL update(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const uint* line,
-              GLOBAL const double* jacobian, GLOBAL const double* lines, GLOBAL const double* x,
-              GLOBAL double* x_next, GLOBAL double* u, GLOBAL const double* d, GLOBAL double* partial, double lambda,
-              SIZES) {
+KERNEL update(VECTORS, GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const uint* line,
+              GLOBAL const double* jacobian, GLOBAL const double* lines, GLOBAL double* partial, SIZES) {
   LOCAL_ARRAY(t, 3u * TILE);
+  const int running = RUNNING;
+  GLOBAL const double *x = VECTOR(NOW), *d = VECTOR(VECTOR_D);
+  GLOBAL double *x_next = vectors + free_vector(state) * size, *u = VECTOR(U);
+  const double lambda = state[LAMBDA];
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double sy = 0.0, yPy = 0.0, map = 0.0;
     const uint c = GROUP * TILE + i, r = c - tiles * TILE;
     if (GROUP < tiles) {
-      if (c < contacts) {
+      if (running && c < contacts) {
         const V3 n = load3(contact, stride, c), dc = load3(d, stride, c), old = load3(u, stride, c);
         const double mu = contact[3u * stride + c], p = contact[4u * stride + c];
         const V3 Ad = contact_product(contact, line, jacobian, lines, dc, c, stride, row_stride, flags);
@@ -342,7 +454,7 @@ KERNEL update(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL con
         yPy = dot3(y, y) / p;
         map = natural_map(xc, add(uc, times(term, n)), n, mu, p);
       }
-    } else if (r < rows) {
+    } else if (running && r < rows) {
       const uint at = 3u * stride + r;
       const double p = row[r], s = lambda * d[at];
       const double y = lambda * row_product(row, line, jacobian, lines, d[at], r, stride, row_stride, flags);
@@ -360,6 +472,52 @@ KERNEL update(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL con
   sum_tile(t, 3u, partial, GROUP, GROUPS);
 }
 
+// After `direction`: spg.cpp, 2 and 3.
+KERNEL decide_lambda(GLOBAL const double* partial, GLOBAL double* state, GLOBAL const double* values, uint n,
+                     uint n_last) {
+  LOCAL_ARRAY(t, 4u * TILE);
+  collect_sums(partial, n, n_last, t);
+  if (ITEM != 0u || !RUNNING) return;
+  const double dPd = t[TILE], limit = -dPd / state[ALPHA];
+  const double dg = limit < t[0] ? limit : t[0];
+  const double dAd = t[3u * TILE] + t[2u * TILE];
+  if (!(dg < 0.0)) {
+    state[STOP] = STATIONARY;
+    return;
+  }
+  double maximum = values[0], lambda = 1.0;
+  for (uint k = 1u; k < (uint)state[MEMORY]; ++k) maximum = maximum < values[k] ? values[k] : maximum;
+  const double room = maximum - state[DIFFERENCE], exact = -dg / dAd;
+  uint backtracks = 0u;
+  for (; backtracks < MAX_BACKTRACKS; ++backtracks) {
+    if (lambda * dg + 0.5 * lambda * lambda * dAd <= room + state[GAMMA] * lambda * dg) break;
+    lambda = clip(exact, state[SIGMA_MIN] * lambda, state[SIGMA_MAX] * lambda);
+  }
+  state[LAMBDA] = lambda;
+  state[DG] = dg;
+  state[DPD] = dPd;
+  state[DAD] = dAd;
+  state[BACKTRACKS] = (double)backtracks;
+}
+
+// After `update`: spg.cpp, 4 and 5.
+KERNEL decide_alpha(GLOBAL const double* partial, GLOBAL double* state, GLOBAL double* values, uint n) {
+  LOCAL_ARRAY(t, 4u * TILE);
+  collect_sums(partial, n, 0u, t);
+  if (ITEM != 0u || !RUNNING) return;
+  const double lambda = state[LAMBDA], sy = t[0], yPy = t[TILE], sPs = lambda * lambda * state[DPD];
+  state[NOW] = state[BEFORE] = (double)free_vector(state);
+  const double difference = state[DIFFERENCE] + (lambda * state[DG] + 0.5 * lambda * lambda * state[DAD]);
+  state[DIFFERENCE] = difference;
+  state[VALUES] += 1.0;
+  if (!(state[VALUES] < state[MEMORY])) state[VALUES] = 0.0;
+  values[(uint)state[VALUES]] = difference;
+  const double next = sy > 0.0 ? (state[ODD] != 0.0 ? sPs / sy : sy / yPy) : 2.0 * state[ALPHA];
+  state[ALPHA] = clip(next, state[ALPHA_MIN], state[ALPHA_MAX]);
+  state[ODD] = 1.0 - state[ODD];
+  end_iteration(state, t[2u * TILE], state[ALPHA], difference, 1.0);
+}
+
 // APGD ---------------------------------------------------------------------------------------------------------------
 
 // y = x + beta (x - x_before) is never stored, nor is u_y = u + beta (u - u_before).
@@ -367,16 +525,19 @@ DEVICE V3 extrapolated(V3 now, V3 before, double beta) { return add(now, times(b
 
 // d = Pi_K(y - alpha P^-1 g) - y in the metric of APGD, g of y but for the De Saxce term, that of x; <d, P d>,
 // <d, P (y - x)>, <d, E d>.
-KERNEL momentum_direction(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const double* x,
-                          GLOBAL const double* x_before, GLOBAL const double* u, GLOBAL const double* u_before,
-                          GLOBAL double* d, GLOBAL double* partial, double alpha, double beta, SIZES) {
+KERNEL momentum_direction(VECTORS, GLOBAL const double* contact, GLOBAL const double* row, GLOBAL double* partial,
+                          SIZES) {
   LOCAL_ARRAY(t, 3u * TILE);
+  const int running = RUNNING;
+  GLOBAL const double *x = VECTOR(NOW), *x_before = VECTOR(BEFORE), *u = VECTOR(U), *u_before = VECTOR(U_BEFORE);
+  GLOBAL double* d = VECTOR(VECTOR_D);
+  const double alpha = 1.0 / state[L], beta = state[BETA];
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double dPd = 0.0, dPm = 0.0, dEd = 0.0;
     const uint c = GROUP * TILE + i, r = c - tiles * TILE;
     if (GROUP < tiles) {
-      if (c < contacts) {
+      if (running && c < contacts) {
         const V3 n = load3(contact, stride, c), xc = load3(x, stride, c), uc = load3(u, stride, c);
         const V3 y = extrapolated(xc, load3(x_before, stride, c), beta);
         const V3 uy = extrapolated(uc, load3(u_before, stride, c), beta);
@@ -392,7 +553,7 @@ KERNEL momentum_direction(GLOBAL const double* contact, GLOBAL const double* row
         dPm = p * (dot3(dc, m) + more * (dn * dot3(m, n)));
         if (flags & COMPLIANT) dEd = contact[7u * stride + c] * dd;
       }
-    } else if (r < rows) {
+    } else if (running && r < rows) {
       const uint at = 3u * stride + r;
       const double p = row[r], y = x[at] + beta * (x[at] - x_before[at]), uy = u[at] + beta * (u[at] - u_before[at]);
       const double dr = clip(y - alpha / p * uy, row[row_stride + r], row[2u * row_stride + r]) - y;
@@ -409,17 +570,19 @@ KERNEL momentum_direction(GLOBAL const double* contact, GLOBAL const double* row
 }
 
 // x_next = y + d and its u, which takes the place of u_before; the natural map.
-KERNEL accelerate(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const uint* line,
-                  GLOBAL const double* jacobian, GLOBAL const double* lines, GLOBAL const double* x,
-                  GLOBAL const double* x_before, GLOBAL double* x_next, GLOBAL const double* u,
-                  GLOBAL double* u_before, GLOBAL const double* d, GLOBAL double* partial, double beta, SIZES) {
+KERNEL accelerate(VECTORS, GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const uint* line,
+                  GLOBAL const double* jacobian, GLOBAL const double* lines, GLOBAL double* partial, SIZES) {
   LOCAL_ARRAY(t, TILE);
+  const int running = RUNNING && state[ACCEPTED] != 0.0;
+  GLOBAL const double *x = VECTOR(NOW), *x_before = VECTOR(BEFORE), *u = VECTOR(U), *d = VECTOR(VECTOR_D);
+  GLOBAL double *x_next = vectors + free_vector(state) * size, *u_before = VECTOR(U_BEFORE);
+  const double beta = state[BETA];
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double map = 0.0;
     const uint c = GROUP * TILE + i, r = c - tiles * TILE;
     if (GROUP < tiles) {
-      if (c < contacts) {
+      if (running && c < contacts) {
         const V3 n = load3(contact, stride, c), dc = load3(d, stride, c);
         const double mu = contact[3u * stride + c], p = contact[4u * stride + c];
         const V3 Ad = contact_product(contact, line, jacobian, lines, dc, c, stride, row_stride, flags);
@@ -429,7 +592,7 @@ KERNEL accelerate(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL
         store3(u_before, stride, c, uc);
         map = natural_map(xc, add(uc, times(saxce(uc, n, mu, flags), n)), n, mu, p);
       }
-    } else if (r < rows) {
+    } else if (running && r < rows) {
       const uint at = 3u * stride + r;
       const double Ad = row_product(row, line, jacobian, lines, d[at], r, stride, row_stride, flags);
       const double xr = x[at] + beta * (x[at] - x_before[at]) + d[at];
@@ -443,13 +606,55 @@ KERNEL accelerate(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL
   sum_tile(t, 1u, partial, GROUP, GROUPS);
 }
 
+// After `momentum_direction`: apgd.cpp, 1 and 3. A direction that L does not bound is repeated with a larger L.
+KERNEL decide_momentum(GLOBAL const double* partial, GLOBAL double* state, uint n, uint n_last, uint flags) {
+  LOCAL_ARRAY(t, 4u * TILE);
+  collect_sums(partial, n, n_last, t);
+  if (ITEM != 0u || !RUNNING) return;
+  const double dPd = t[0], dPm = t[TILE], dAd = t[3u * TILE] + t[2u * TILE];
+  state[TRIALS] += 1.0;
+  state[DPD] = dPd;
+  state[DAD] = dAd;
+  state[ACCEPTED] = dAd > state[L] * dPd && dPd > 0.0 ? 0.0 : 1.0;
+  if (state[ACCEPTED] == 0.0) {
+    const double doubled = 2.0 * state[L], seen = (1.0 + state[ROUNDING]) * dAd / dPd;
+    state[L] = doubled < seen ? seen : doubled;
+    return;
+  }
+  const int uphill = -(dPd + dPm) > 0.0 || ((flags & COULOMB) && state[LAST] > state[MOST_RISE] * state[LEAST]);
+  const double theta = state[THETA], next = 0.5 * theta * (sqrt(theta * theta + 4.0) - theta);
+  if (uphill) state[LEAST] = state[INFINITE];
+  state[BETA_NEXT] = uphill ? 0.0 : theta * (1.0 - theta) / (theta * theta + next);
+  state[THETA] = uphill ? 1.0 : next;
+  state[L] *= state[RELAXATION];
+}
+
+// After `accelerate`: apgd.cpp, 2 and 4.
+KERNEL decide_beta(GLOBAL const double* partial, GLOBAL double* state, uint n) {
+  LOCAL_ARRAY(t, 4u * TILE);
+  collect_sums(partial, n, 0u, t);
+  if (ITEM != 0u || !RUNNING || state[ACCEPTED] == 0.0) return;
+  const double next = (double)free_vector(state), u = state[U], trials = state[TRIALS];
+  state[BEFORE] = state[NOW];
+  state[NOW] = next;
+  state[U] = state[U_BEFORE];
+  state[U_BEFORE] = u;
+  state[BETA] = state[BETA_NEXT];
+  state[LAST] = sqrt(t[0]);
+  state[LEAST] = state[LAST] < state[LEAST] ? state[LAST] : state[LEAST];
+  state[TRIALS] = 0.0;
+  end_iteration(state, t[0], 1.0 / state[L], 0.0, trials);
+}
+
 // Beside the iteration -----------------------------------------------------------------------------------------------
 
-// u = D lines + E x + b after `bodies` of x; the natural map.
-KERNEL refresh(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL const uint* line,
-               GLOBAL const double* jacobian, GLOBAL const double* lines, GLOBAL const double* x, GLOBAL double* u,
+// u = D lines + E x + b after `bodies` of x; the natural map. x and u by their places in `state`.
+KERNEL refresh(VECTORS, uint which_x, uint which_u, GLOBAL const double* contact, GLOBAL const double* row,
+               GLOBAL const uint* line, GLOBAL const double* jacobian, GLOBAL const double* lines,
                GLOBAL const double* b, GLOBAL double* partial, SIZES) {
   LOCAL_ARRAY(t, TILE);
+  GLOBAL const double* x = VECTOR(which_x);
+  GLOBAL double* u = VECTOR(which_u);
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double map = 0.0;
@@ -475,8 +680,9 @@ KERNEL refresh(GLOBAL const double* contact, GLOBAL const double* row, GLOBAL co
 }
 
 // x'(u + b), twice the objective.
-KERNEL objective(GLOBAL const double* x, GLOBAL const double* u, GLOBAL const double* b, GLOBAL double* partial, SIZES) {
+KERNEL objective(VECTORS, GLOBAL const double* b, GLOBAL double* partial, SIZES) {
   LOCAL_ARRAY(t, TILE);
+  GLOBAL const double *x = VECTOR(NOW), *u = VECTOR(U);
   const uint tiles = (contacts + TILE - 1u) / TILE;
   FOR_TILE(i) {
     double sum = 0.0;
@@ -491,9 +697,10 @@ KERNEL objective(GLOBAL const double* x, GLOBAL const double* u, GLOBAL const do
   sum_tile(t, 1u, partial, GROUP, GROUPS);
 }
 
-KERNEL copy(GLOBAL const double* from, GLOBAL double* to, uint size) {
+// vectors[to] .. = vectors[from] ..
+KERNEL copy(GLOBAL double* vectors, uint from, uint to, uint size) {
   FOR_TILE(i) {
     const uint k = GROUP * TILE + i;
-    if (k < size) to[k] = from[k];
+    if (k < size) vectors[to + k] = vectors[from + k];
   }
 }

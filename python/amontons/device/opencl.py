@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..errors import InputError
-from .backend import Device, no_room, source
+from .backend import Device, Launch, no_room, source
 
 PACKAGE = 'pyopencl (pip install "amontons[opencl]")'
 DRIVER = "an OpenCL driver of its vendor, or pocl (pip install pocl-binary-distribution) for the processor"
@@ -66,7 +67,14 @@ class OpenCL:
         self._largest = int(hardware.max_mem_alloc_size)
         self._context = cl.Context([hardware])
         self._queue = cl.CommandQueue(self._context)
-        program = cl.Program(self._context, source() if text is None else text).build()
+        try:
+            program = cl.Program(self._context, source() if text is None else text).build()
+        except cl.Error as error:
+            said = next((line for line in str(error).splitlines() if line.startswith("error")), str(error))
+            raise InputError(
+                f'device "{self.device.name}" ({self.device.hardware}): its driver {self.device.driver} does '
+                f"not compile for it ({said[:200]}); install a newer one, or solve without device"
+            ) from None
         self._lock = threading.Lock()
         self._kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
 
@@ -80,15 +88,15 @@ class OpenCL:
         except cl.Error:
             raise no_room(self.device, nbytes) from None
 
-    def upload(self, buffer: Any, values: NDArray[Any]) -> None:
+    def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""
-        self._cl.enqueue_copy(self._queue, buffer, values)
+        self._cl.enqueue_copy(self._queue, buffer, values, dst_offset=begin * values.itemsize)
 
-    def download(self, buffer: Any, count: int) -> Array:
+    def download(self, buffer: Any, begin: int, count: int) -> Array:
         """See `Backend`."""
         values = np.empty(count)
         try:
-            self._cl.enqueue_copy(self._queue, values, buffer)
+            self._cl.enqueue_copy(self._queue, values, buffer, src_offset=8 * begin)
         except self._cl.MemoryError:
             raise no_room(self.device, 0) from None
         return values
@@ -97,3 +105,14 @@ class OpenCL:
         """See `Backend`."""
         with self._lock:  # arguments are set one by one, then the kernel is enqueued
             self._kernels[kernel](self._queue, (groups * self.group,), (self.group,), *arguments)
+
+    def program(self, launches: Sequence[Launch]) -> Callable[[], None]:
+        """See `Backend`. The queue runs them in order; nobody waits between them."""
+        held = tuple(launches)
+
+        def run() -> None:
+            for kernel, groups, arguments in held:
+                self.launch(kernel, groups, *arguments)
+            self._queue.flush()
+
+        return run

@@ -43,11 +43,22 @@ constexpr double rounding = 1e-12;
 // Residual over its least since the last drop of the momentum, under coulomb.
 constexpr double most_rise = 1.5;
 
+struct ApgdKind {
+  static constexpr const char* name = "apgd";
+  static constexpr Limits limits{100000, 10000, 100};
+  static constexpr std::size_t refresh_products = 2;
+  static constexpr bool sums_objective = false;
+  static AnyMethod::Settings settings(const Options&) {
+    return {
+        {"l", 1}, {"theta", 1}, {"relaxation", relaxation}, {"rounding", rounding}, {"most_rise", most_rise}};
+  }
+};
+
 template <Iterate T>
 class Apgd {
  public:
-  static constexpr const char* name = "apgd";
-  static constexpr Limits limits{100000, 10000, 100};
+  static constexpr const char* name = ApgdKind::name;
+  static constexpr Limits limits = ApgdKind::limits;
 
   // options.law is that of the solve: never empty.
   Apgd(const Options& options, Monitor& monitor, T iterate)
@@ -117,7 +128,7 @@ class Apgd {
 }  // namespace
 
 std::unique_ptr<Run> start_apgd(const Problem& problem, const Options& options, Budget& budget) {
-  return start_over_iterate<Apgd>(problem, options, budget);
+  return start_over_iterate<Apgd, ApgdKind>(problem, options, budget);
 }
 
 Solution apgd(const Problem& problem, const Options& options, Budget& budget) {

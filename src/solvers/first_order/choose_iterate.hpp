@@ -4,6 +4,7 @@
 #include "amontons/solvers/first_order/contact_iterate.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "amontons/solvers/first_order/plain_iterate.hpp"
+#include "solvers/first_order/on_device.hpp"
 
 namespace amontons {
 
@@ -37,8 +38,14 @@ std::unique_ptr<Run> started(const Problem& problem, const Options& options, Bud
   return std::make_unique<Driven<Over>>(
       problem, own, budget, [&](const Options& o, Monitor& monitor) { return Over(o, monitor, make()); });
 }
-template <template <Iterate> class Method>
+// Kind describes the method to a device that makes whole iterations (on_device.hpp).
+template <template <Iterate> class Method, class Kind>
 std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& options, Budget& budget) {
+  if (on_device(problem, options) && options.iterates->make_method)
+    return std::make_unique<Driven<OnDevice<Kind>>>(
+        problem, options, budget, [&](const Options& o, Monitor& monitor) {
+          return OnDevice<Kind>(o, monitor, o.iterates->make_method(problem, law_of(problem, o)));
+        });
   return with_iterate(problem, options,
                       [&](auto make) { return started<Method>(problem, options, budget, make); });
 }

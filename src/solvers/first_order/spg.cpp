@@ -59,11 +59,28 @@ class Envelope {
   double f_ = 0;
 };
 
+struct SpgKind {
+  static constexpr const char* name = "p-spg-fb";
+  static constexpr Limits limits{100000, 10000, 100};
+  static constexpr std::size_t refresh_products = 1;
+  static constexpr bool sums_objective = true;
+  static AnyMethod::Settings settings(const Options& options) {
+    const SpgOptions& o = options.spg;
+    return {{"alpha", 1},
+            {"alpha_min", o.alpha_min},
+            {"alpha_max", o.alpha_max},
+            {"sigma_min", o.sigma_min},
+            {"sigma_max", o.sigma_max},
+            {"gamma", o.gamma},
+            {"memory", static_cast<double>(o.memory + 1)}};
+  }
+};
+
 template <Iterate T>
 class Spg {
  public:
-  static constexpr const char* name = "p-spg-fb";
-  static constexpr Limits limits{100000, 10000, 100};
+  static constexpr const char* name = SpgKind::name;
+  static constexpr Limits limits = SpgKind::limits;
 
   Spg(const Options& options, Monitor& monitor, T iterate)
       : options_(options.spg), monitor_(monitor), iterate_(std::move(iterate)), f_(options.spg.memory) {}
@@ -145,7 +162,7 @@ class Spg {
 }  // namespace
 
 std::unique_ptr<Run> start_spg(const Problem& problem, const Options& options, Budget& budget) {
-  return start_over_iterate<Spg>(problem, options, budget);
+  return start_over_iterate<Spg, SpgKind>(problem, options, budget);
 }
 
 Solution spg(const Problem& problem, const Options& options, Budget& budget) {

@@ -130,6 +130,7 @@ METHODS = (
     "apgd",
     "jacobi",
     "gauss-seidel",
+    "admm",
     "interior-point",
     "newton",
 )

@@ -61,6 +61,8 @@ class Monitor {
   std::optional<Status> observe(double residual, double objective, double step, std::size_t backtracks);
   // True if the residual of the last observe() was the best so far.
   bool improved() const { return improved_; }
+  // Iterations that may still be made, the one that observe() allowed included.
+  std::size_t left() const { return limit_ - iterations_ + 1; }
   double best() const { return best_; }
   std::size_t iterations() const { return iterations_; }
   double elapsed() const { return seconds_since(start_); }
@@ -95,10 +97,11 @@ class Monitor {
   bool improved_ = false, stopped_ = false;
 };
 
-// A point and its velocity u = A x + b, with the numerator of the natural residual (the natural map).
+// A point and its velocity u = A x + b, with the numerator of the natural residual (the natural map) and, for
+// the method, the denominator (that at zero impulses).
 struct Start {
   std::vector<double> x, u;
-  double map;
+  double map, scale = 1;
 };
 // Returns Pi_K(x0) if x0 is given and its natural map is below a multiple of that of 0 (worst_start in
 // driver.cpp). Otherwise returns Pi_K(0).
@@ -248,6 +251,7 @@ class Driven final : public Run {
     started_ = true;
     scale_ = natural_map_at_zero(problem_, law_of(problem_, options_));
     Start start = starting_point(problem_, options_, monitor_);
+    start.scale = scale_;
     at_start_ = start.map / scale_;
     if (at_start_ <= options_.tolerance) {
       monitor_.observe(at_start_, amontons::objective(problem_, start.x, start.u),

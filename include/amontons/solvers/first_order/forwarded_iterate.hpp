@@ -5,13 +5,14 @@
 #include <string>
 
 #include "amontons/solvers/driver/options.hpp"
+#include "amontons/solvers/first_order/device_method.hpp"
 #include "amontons/solvers/first_order/iterate.hpp"
 
 namespace amontons {
 
 // The passes of the concept Iterate as an interface, for an iterate that is unknown when this library is
-// compiled: a device, or a Python object. One virtual call per pass, none per contact. Meaning and order of
-// the passes are those of iterate.hpp; spans are in the order and the frames of the problem.
+// compiled: that of a user, or a Python object. One virtual call per pass, none per contact. Meaning and
+// order of the passes are those of iterate.hpp; spans are in the order and the frames of the problem.
 class AnyIterate {
  public:
   virtual ~AnyIterate() = default;
@@ -37,8 +38,9 @@ struct IterateSource {
   std::string name;
   // Whether it serves a problem; other problems stay on the processor.
   std::function<bool(const Problem&)> takes;
-  // The problem outlives the iterate.
+  // One of the two makes what a solve needs: passes, or whole iterations. The problem outlives it.
   std::function<std::unique_ptr<AnyIterate>(const Problem&, Law)> make;
+  std::function<std::unique_ptr<AnyMethod>(const Problem&, Law)> make_method;
 };
 
 inline bool on_device(const Problem& problem, const Options& options) {
