@@ -321,7 +321,7 @@ TEST(methods_refuse_what_they_cannot_do) {
   CHECK_THROWS(solve(callback, "gauss-seidel", options), "needs the rows of A");
   CHECK_THROWS(solve(contacts, "simplex", options),
                "unknown method 'simplex'; the methods are auto, p-spg-fb");
-  CHECK(solve(callback, "auto", options).method == "p-spg-fb");
+  CHECK(solve(callback, "auto", options).method == "apgd");
   for (std::string_view method : method_names())
     CHECK_THROWS(solve(contacts, std::string(method) + "x", options), method);
 }

@@ -27,11 +27,6 @@ struct Policy {
 
   // Expectations.
 
-  // Products (count): of the less likely first-order method. The likelier one begins.
-  double unlikelier_products = 100;
-  // Size (contacts): from here on apgd is the more likely one. With hundreds of contacts it is five times
-  // faster in the mean; p-spg-fb is faster with few contacts, and on joints.
-  std::size_t many_contacts = 30;
   // Factorisations (count): of the interior point under the associated law.
   double path_factorizations = 11;
   // Factorisations (ratio): cost under coulomb, where the matrix is unsymmetric.
