@@ -12,7 +12,7 @@ standing = simulation.q
 simulation.reset("crouch")
 crouching = simulation.q
 
-# Each motor is called as its joint: where the joints' entries are in q and qd.
+# Each motor has the name of its joint: where the joints' entries are in q and qd.
 joints = [model.coordinates[name] for name in model.actuator_names]
 in_q = np.array([joint.q.start for joint in joints])
 in_qd = np.array([joint.qd.start for joint in joints])

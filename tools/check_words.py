@@ -49,7 +49,8 @@ IDIOM = re.compile(
     r"|[Mm]end(s|ed|ing)?|in a hurry|hurried|such a one|all the same|(can|could|to) be had"
     r"|nobody (can|could) foresee|come in flocks|for nothing|anew|in the place of|looked at (again|after)"
     r"|[Ww]ays(?! (to|of|in which|that|round))|(its|their|the) way \(|(its|their|the) way of the"
-    r"|bring(s|ing)? (it|them) down)\b"
+    r"|bring(s|ing)? (it|them) down|largest way|as it comes|of now|[Ii]n earnest|taken? back"
+    r"|who knows|said by)\b"
 )
 START = re.compile(r"(Of|What)\b(?!.*\?)")
 

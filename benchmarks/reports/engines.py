@@ -98,7 +98,7 @@ def settings_table(r: Results) -> str:
     """What each engine was given, and the page of its manual."""
     rows = {
         row["engine"]: (row["engine"], row["version"],
-                        f"`{row['options']}`" if row["options"] else "as it comes",
+                        f"`{row['options']}`" if row["options"] else "defaults",
                         f"[{row['engine'].partition(',')[0]}]({row['manual']})")
         for row in r.beside
     }  # fmt: skip

@@ -7,21 +7,59 @@
 
 namespace amontons {
 
-// Ties each body of a tree to the first of its tree. Bodies that are welded to the world have no coordinate.
-static void tie_trees(const Linkage& trees, std::vector<ContactGraph::Link>& ties) {
+// The node of each body: a tree is that of its first body. A link that is welded to the world has the last
+// node, which no impulse moves.
+static void make_nodes(const ContactSystem& A, std::vector<Index>& node) {
+  const auto bodies = static_cast<Index>(A.bodies.size());
+  node.resize(A.bodies.size() + 1);
+  std::iota(node.begin(), node.end(), 0);
+  if (!A.constrained || !A.constrained->linkage) return;
+  const Linkage& trees = *A.constrained->linkage;
   static thread_local std::vector<Index> tree, first;
   tree.resize(trees.coordinates());
   first.assign(trees.coordinates(), -1);
   for (std::size_t k = 0; k < tree.size(); ++k)
     tree[k] = trees.parent[k] < 0 ? static_cast<Index>(k) : tree[trees.parent[k]];
   for (std::size_t i = 0; i < trees.body.size(); ++i) {
-    if (trees.last[i] < 0) continue;
-    Index& leader = first[tree[trees.last[i]]];
-    if (leader < 0)
-      leader = trees.body[i];
-    else
-      ties.push_back({leader, trees.body[i]});
+    if (trees.last[i] >= 0 && first[tree[trees.last[i]]] < 0) first[tree[trees.last[i]]] = trees.body[i];
+    node[trees.body[i]] = trees.last[i] < 0 ? bodies : first[tree[trees.last[i]]];
   }
+}
+
+// An impulse on a body of a tree moves all of it: M of trees has blocks for whole trees. So A is block
+// diagonal over islands only if each tree belongs to one, whichever of its bodies the blocks act on.
+//
+// Union-find over the nodes, with one more for blocks without a moving body, which no other block influences.
+// Paths are halved on the way to the root. The world joins nothing: bodies side by side on the ground are
+// separate islands.
+static void find_islands(const ContactSystem& A, ContactGraph& graph) {
+  static thread_local std::vector<Index> parent, number;  // kept: a step at rest allocates nothing
+  make_nodes(A, parent);
+  const auto world = static_cast<Index>(graph.bodies());
+  const auto root = [world](Index i) {
+    if (i < 0) return world;
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto of = [&](const ContactGraph::Link& link) {
+    const Index a = root(link.a);
+    return a == world ? root(link.b) : a;
+  };
+  for (const ContactGraph::Link& link : graph.links)
+    if (const Index a = root(link.a), b = root(link.b); a != world && b != world) parent[a] = b;
+  // Numbers follow the first appearance of the islands, so they depend only on the order of the blocks.
+  auto& [count, of_block, of_body] = graph.islands;
+  number.assign(graph.bodies() + 1, -1);
+  count = 0;
+  of_block.resize(graph.links.size());
+  for (std::size_t k = 0; k < of_block.size(); ++k) {
+    Index& mine = number[of(graph.links[k])];
+    if (mine < 0) mine = static_cast<Index>(count++);
+    of_block[k] = mine;
+  }
+  number[world] = -1;
+  of_body.resize(graph.bodies());
+  for (std::size_t i = 0; i < of_body.size(); ++i) of_body[i] = number[root(static_cast<Index>(i))];
 }
 
 // One link per block of K. All rows of a block act on the same bodies (check_blocks), so its first row gives
@@ -31,8 +69,6 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   constexpr unsigned char untouched = 2;
   graph.moves.resize(A.bodies.size());
   graph.links.clear();
-  graph.ties.clear();
-  if (A.constrained && A.constrained->linkage) tie_trees(*A.constrained->linkage, graph.ties);
   graph.first_row.clear();
   graph.links.reserve(K.blocks());
   graph.first_row.reserve(K.blocks() + 1);
@@ -58,44 +94,13 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   });
   graph.first_row.push_back(static_cast<Index>(K.rows()));
   std::replace(graph.moves.begin(), graph.moves.end(), untouched, static_cast<unsigned char>(0));
+  find_islands(A, graph);
 }
 
 ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
   ContactGraph graph;
   make_contact_graph(A, K, graph);
   return graph;
-}
-
-// An impulse on a body of a tree moves all of it: M of trees has blocks for whole trees. So A is block
-// diagonal over islands only if each tree belongs to one, whichever of its bodies the blocks act on.
-//
-// Union-find over the bodies, with one more node for blocks without a moving body, which no other block
-// influences. Paths are halved on the way to the root. The world joins nothing: bodies side by side on the
-// ground are separate islands.
-std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island) {
-  const std::size_t bodies = graph.bodies();
-  static thread_local std::vector<Index> parent, number;  // kept: a step at rest allocates nothing
-  parent.resize(bodies + 1);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index body) {
-    Index i = body < 0 ? static_cast<Index>(bodies) : body;
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const ContactGraph::Link& link : graph.links)
-    if (link.a >= 0 && link.b >= 0) parent[root(link.a)] = root(link.b);
-  for (const ContactGraph::Link& tie : graph.ties) parent[root(tie.a)] = root(tie.b);
-  // Numbers follow the first appearance of the islands, so they depend only on the order of the blocks.
-  number.assign(bodies + 1, -1);
-  Index count = 0;
-  island.resize(graph.links.size());
-  for (std::size_t k = 0; k < island.size(); ++k) {
-    const ContactGraph::Link& link = graph.links[k];
-    Index& mine = number[root(link.a >= 0 ? link.a : link.b)];
-    if (mine < 0) mine = count++;
-    island[k] = mine;
-  }
-  return static_cast<std::size_t>(count);
 }
 
 }  // namespace amontons

@@ -4,7 +4,6 @@ import csv
 import io
 import os
 import re
-import tomllib
 from html.parser import HTMLParser
 from pathlib import Path, PurePosixPath
 from urllib.parse import urljoin, urlsplit
@@ -94,11 +93,16 @@ def test_creep_was_recorded(root):
     assert creep["amontons"] < 0.005  # what rounds to the 0.00 of the picture
 
 
-# Breaks when the one line that the home page begins with installs no command: `view` needs what `cli` has.
-def test_one_line_installs_the_command(root):
-    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert 'pip install "amontons[view]" && amontons view wall --play' in (root / "README.md").read_text()
-    assert set(extras["cli"]) < set(extras["view"])
+# Breaks when the first screen names a command that a clone does not have, or installs from an index in which
+# the package is not.
+@pytest.mark.parametrize("page", ["docs/index.md", "README.md"])
+def test_first_commands_are_those_of_a_clone(root, page):
+    first = re.search(r"```sh\n(.*?)```", (root / page).read_text(), re.DOTALL).group(1)
+    assert "source .venv/bin/activate" in first
+    targets = re.findall(r"\bmake (\w+)", first)
+    assert targets == ["demo"]
+    assert re.search(r"^demo:", (root / "Makefile").read_text(), re.MULTILINE)
+    assert "pip install" not in first
 
 
 # Breaks when the replay at the head weighs more than a picture of a page may, or is not there.

@@ -13,24 +13,26 @@ namespace amontons {
 // Nodes are bodies, edges the blocks of K between two of them. Several edges may join the same two bodies,
 // and an edge may end at the world. Bodies keep their numbers; code that needs contiguous nodes numbers the
 // moving ones.
+//
+// Blocks of two islands share no moving body and no tree, so that the VI separates.
+struct Islands {
+  std::size_t count = 0;
+  std::vector<Index> of_block;  // in the order of their first blocks; those without a moving body form one
+  std::vector<Index> of_body;   // -1: no block moves it
+};
 struct ContactGraph {
   struct Link {
     Index a, b;  // -1: the world, or a body that impulses do not move
   };
   std::vector<Link> links;           // per block, in order
   std::vector<Index> first_row;      // per block, followed by the total number of rows
-  std::vector<Link> ties;            // two bodies of one tree each: an impulse on one moves the other
   std::vector<unsigned char> moves;  // per body: whether it moves and a block acts on it
+  Islands islands;
 
   std::size_t bodies() const { return moves.size(); }
 };
 ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K);
 // The same, using the memory of `graph`.
 void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph);
-
-// The island of every block, numbered in the order of their first blocks; blocks without a moving body form
-// one island. Blocks of two islands share no moving body, so that the VI separates. Returns the number of
-// islands.
-std::size_t find_islands(const ContactGraph& graph, std::vector<Index>& island);
 
 }  // namespace amontons

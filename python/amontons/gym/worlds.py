@@ -110,7 +110,11 @@ class Worlds:
                 f"Task.act returned the shape {controls.shape}; it must be (worlds, controls) = {shape}"
             )
         if not np.isfinite(controls).all():
-            raise InputError("Task.act returned controls that are not finite")
+            world, entry = np.argwhere(~np.isfinite(controls))[0]
+            raise InputError(
+                f"Task.act returned {controls[world, entry]} for control {entry} of world {world}; return "
+                "finite numbers: look for a division by zero"
+            )
         return controls
 
     def _step_watched(
@@ -142,5 +146,6 @@ def checked_actions(actions: object, shape: tuple[int, ...]) -> Array:
     if array.shape != shape:
         raise InputError(f"the action has the shape {array.shape}; the environment asks for {shape}")
     if not np.isfinite(array).all():
-        raise InputError("the action is not finite")
+        at = np.argwhere(~np.isfinite(array))[0].tolist()
+        raise InputError(f"the action is {array[tuple(at)]} at {at}; give finite numbers: check the policy")
     return array

@@ -327,7 +327,8 @@ class ModelBuilder(PartBuilder):
             raise InputError(f'{who}: motor is {shown(motor)}; give a Motor, as Motor("position", kp=100)')
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < len(former.dofs):
             raise InputError(
-                f"{who} has {len(former.dofs)} degrees of freedom; dof = {shown(dof)} is none of them"
+                f"{who} has {len(former.dofs)} degrees of freedom; dof = {shown(dof)} is none of them, which "
+                "count from 0"
             )
         if math.isinf(motor.max_effort):
             motor = replace(motor, max_effort=former.dofs[dof].motor.max_effort)
@@ -435,7 +436,9 @@ class ModelBuilder(PartBuilder):
         if len(name) > LONGEST_NAME:
             raise InputError(f"{kind} name {shown(name)}: give one of at most {LONGEST_NAME} characters")
         if any("\ud800" <= c <= "\udfff" for c in name):
-            raise InputError(f"{kind} name {shown(name)}: half of a character is no text; give all of it")
+            raise InputError(
+                f"{kind} name {shown(name)}: it has an unpaired surrogate, half of a character; remove it"
+            )
         if name in names or (kind == "body" and name in self._names["link"]):
             raise InputError(f'there is a {kind} "{name}" already; names must be unique')
         return name

@@ -341,7 +341,7 @@ class Model:
         if isinstance(dof, bool) or not isinstance(dof, int) or not 0 <= dof < count:
             raise InputError(
                 f'joint "{self.joints[j].name}" has {count} degrees of freedom; dof = {shown(dof)} is '
-                "none of them"
+                "none of them, which count from 0"
             )
         return self.core.first_dof(j) + dof
 

@@ -105,7 +105,9 @@ class Iterate(Protocol):
 def source_of_iterate(iterate: Iterate, method: str, has_moments: bool) -> _core.IterateSource:
     """The source of `iterate` for the compiled module; InputError if it cannot be used."""
     if has_moments:
-        raise InputError("iterate: problems with moments, whose units the methods change, do not take one")
+        raise InputError(
+            "iterate: problems with moments (cones of 4 and 6 rows) do not take one; solve without it"
+        )
     if method not in METHODS:
         raise InputError(f"method {method!r} has no use for an iterate; those that do are p-spg-fb and apgd")
     missing = [

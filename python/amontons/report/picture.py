@@ -247,7 +247,7 @@ def _style(view: View) -> Any:
 
 
 def frame_of(simulation: Any, *, forces: bool = False) -> Frame:
-    """The moment of now, which the next step does not change."""
+    """A copy of the present state, which the next step does not change."""
     state = simulation.state
     contacts = simulation.contacts.copy() if forces else None
     return Frame(simulation.time, state.positions.copy(), state.orientations.copy(), contacts)

@@ -21,7 +21,7 @@ def arch(
     """A semicircular arch of dry voussoirs on the ground: it stands if it is thick enough.
 
     `stones` hulls (2400 kg/m^3) of `thickness` m on a mean radius of `radius` m, springing from a plane. By
-    Milankovitch's theory (continuous arch, no sliding) the thinnest that stands is 0.1075 radii.
+    Milankovitch's theory (continuous arch, no sliding) the thinnest that stands is 0.1074 radii.
     """
     require(stones >= 2, "arch", "stones must be at least 2")
     require(0 < thickness < 2 * radius, "arch", "thickness must be in (0, 2 radius)")

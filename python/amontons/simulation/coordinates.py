@@ -44,7 +44,10 @@ def entry(model: Model, joint: int | str, dof: int) -> int:
     for _, _, own, _, _, _, first, _ in model.tree.links:
         if own == j:
             return first + dof
-    raise InputError(f'joint "{model.joints[j].name}" closes a loop and has no entry in qd')
+    raise InputError(
+        f'joint "{model.joints[j].name}" closes a loop and has no entry in qd; its rate follows '
+        "from the others: read simulation.kinematics.rate"
+    )
 
 
 def degree(model: Model, joint: int | str, dof: int) -> tuple[int | str, int]:

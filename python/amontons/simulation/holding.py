@@ -31,8 +31,8 @@ def held_by(core: _core.Simulation, model: Model, joints: Iterable[str], forces:
     if np.abs(left).max(initial=0.0) > LEFT * most:
         worst = model.qd_names[int(np.argmax(np.abs(motions @ left)))]
         raise InputError(
-            f'these joints do not hold the pose: "{worst}" moves; name more joints, and of what contacts '
-            "carry leave joints= out"
+            f'these joints cannot hold "{worst}"; add the joint that moves it, or leave out joints= if '
+            "contacts carry it"
         )
     tau = np.zeros(model.nv)
     tau[entries] = found

@@ -181,7 +181,9 @@ def frame_of(model: Model, site: int | str) -> tuple[int, Transform]:
 def solve(arm: Arm, goal: Goal, effort: Effort) -> IkSolution:
     """The best of some attempts: the first begins at the present pose, others anywhere within the limits."""
     if goal.body == WORLD:
-        raise InputError("the site is on the world, which does not move")
+        raise InputError(
+            "the site is on the world, which does not move; name a site or link of a moving body"
+        )
     rng, start = np.random.default_rng(SEED), arm.q
     best, iterations = _descend(arm, goal, effort), 0
     iterations += best.iterations

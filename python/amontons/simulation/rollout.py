@@ -329,7 +329,9 @@ def _worlds(models: list[Model], states: Any, options: dict[str, Any]) -> list[S
                     "rollout([s.model for s in states], states)"
                 )
             if world.dt != states[0].dt:
-                raise InputError(f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s")
+                raise InputError(
+                    f"states[{k}] has dt = {world.dt:g} s, states[0] {states[0].dt:g} s; make all with one dt"
+                )
         return [world.copy() for world in states]
     rows, first = reals("states", states), models[0]
     size = first.nq + first.nv

@@ -60,8 +60,8 @@ class Simulation:
     recovery: correction of errors of position (overlaps, open joints, violated limits). "projection" moves
     the bodies without giving them velocities; smooth motion is of second order. "velocity" pushes them within
     the problem of the step, as Anitescu and Tasora do; it is of first order.
-    recovery_speed: errors are taken back no faster (m/s), by default `Model.length` in 0.1 s by projection,
-    in 1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
+    recovery_speed: largest correction speed (m/s), by default `Model.length` / 0.1 s by projection,
+    / 1 s by velocities. restitution_speed: slower impacts do not bounce (m/s), by default 4 |g| dt.
     warm_start: begin each solve with the impulses of the last step.
     max_substeps: a power of two; a step whose residual stays above the tolerance is redone in 2, 4, ...
     parts. on_failure: when it stays there, "warn" (StepWarning), "raise" (SimulationError, with the state put
@@ -158,7 +158,7 @@ class Simulation:
 
     @property
     def recovery_speed(self) -> float:
-        """The speed at which errors of position are taken back, at most (m/s)."""
+        """Largest speed at which errors of position are corrected (m/s)."""
         return self._core.recovery_speed
 
     @property
@@ -239,7 +239,7 @@ class Simulation:
 
     @property
     def qdd(self) -> Array:
-        """Generalised accelerations, (nv,), of which the last step's forces are the cause; zeros before it.
+        """Generalised accelerations, (nv,), caused by the forces of the last step; zeros before it.
 
         Means from the middle of the step before to that of the last one.
         """

@@ -330,11 +330,17 @@ def _pieces(model: Model, data: list[Any], length: int, dt: float | None, option
     step = float(motions[0].step if dt is None else positive("dt", dt))
     repeat = max(1, round(interval / step))
     if abs(repeat * step - interval) > 1e-6 * interval:
-        raise InputError(f"dt = {step:g} s does not divide the interval {interval:g} s between two frames")
+        raise InputError(
+            f"dt = {step:g} s does not divide the interval {interval:g} s between two frames; "
+            f"give dt = {interval / repeat:g} s"
+        )
     starts, q, controls = [], [], []
     for motion in motions:
         if abs(motion.interval - interval) > 1e-6 * interval:
-            raise InputError(f"the motions have intervals of {interval:g} s and {motion.interval:g} s")
+            raise InputError(
+                f"the motions have intervals of {interval:g} s and {motion.interval:g} s; call "
+                "identify for each interval, or resample"
+            )
         for first in range(0, len(motion.q) - length, length):
             rows = slice(first + 1, first + 1 + length)
             starts.append(np.concatenate([motion.q[first], motion.qd[first]]))
@@ -372,7 +378,7 @@ def _motion(model: Model, given: Any, options: dict[str, Any]) -> _Checked:
 def _of_recording(model: Model, given: Recording) -> _Checked:
     steps = np.diff(given.steps)
     if not len(steps) or (steps != steps[0]).any():
-        raise InputError(f"{given!r} has frames in unequal steps; record with every=n alone")
+        raise InputError(f"{given!r} has frames in unequal steps; record with a constant every=")
     q, qd = given.q[...], given.qd[...]
     controls = given.controls[...] if len(model.control_names) else None
     _check_shapes(model, q, qd, controls)

@@ -33,7 +33,7 @@ def view(
     host: where the page can be reached; by default from this machine alone (a tunnel of ssh ends there too).
     port: the first that is tried; the next free one is taken.
     allow_origin: further addresses under which the page may be asked for, as "http://name:port": of a proxy,
-        of a tunnel that ends at another port. The page is there for who knows the token in `url` alone.
+        of a tunnel that ends at another port. Only a browser with the token in `url` can open it.
     open_browser: whether a browser is asked to open the page.
 
     Needs viser: pip install amontons[view]. Raises InputError.

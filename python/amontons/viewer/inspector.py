@@ -40,7 +40,7 @@ class Inspector:
         self.show()
 
     def show(self) -> None:
-        """Values of now."""
+        """Present values."""
         run, body = self._run, self._chosen
         if body is None:
             text = "Click a body; drag it to pull it." if isinstance(run, LiveRun) else "Click a body."

@@ -120,7 +120,7 @@ class LiveRun:
         self._history.append(row)
 
     def reset(self) -> None:
-        """As it was when it was first shown, with the options of now."""
+        """As it was when it was first shown, with the present options."""
         self.spring.release()
         self.simulation._core.restore(self._start)
         self.simulation._contacts = None
@@ -138,7 +138,9 @@ class ReplayRun:
 
     def __init__(self, recording: Recording) -> None:
         if not len(recording):
-            raise InputError(f"{recording.path}: the recording has no frames")
+            raise InputError(
+                f"{recording.path}: the recording has no frames; record with after_step=recorder"
+            )
         self.recording, self.model = recording, recording.model
         self.playing, self.speed, self.achieved = False, 1.0, 0.0
         self.frame = 0

@@ -140,7 +140,7 @@ class Viewer:
         return f'<iframe src="{html.escape(self.url)}" width="100%" height="560" style="border:0"></iframe>'
 
     def show(self) -> None:
-        """Send the state of now to the pages."""
+        """Send the present state to the pages."""
         run = self.run
         positions, orientations = np.array(run.positions), np.array(run.orientations)
         if self._follow is not None:

@@ -1,8 +1,10 @@
 #include "amontons/multibody/model/state_bytes.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "amontons/base/error.hpp"
 
@@ -90,7 +92,36 @@ struct ByteReader {
   }
 };
 
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+// A step reads these members of a contact; the rest follows from the poses.
+bool same_bits(const std::vector<Contact>& a, const std::vector<Contact>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& c, const Contact& d) {
+    return c.geom_a == d.geom_a && c.geom_b == d.geom_b && c.state == d.state &&
+           same_bits(c.local, d.local) && same_bits(c.impulse, d.impulse) &&
+           same_bits(c.angular_impulse, d.angular_impulse) && same_bits(c.slip, d.slip);
+  });
+}
+
+// Time and the number of steps are the first two fields.
+template <std::size_t... Fields>
+bool same_after_time(const State& a, const State& b, std::index_sequence<Fields...>) {
+  return (same_bits(std::get<Fields + 2>(fields_of(a)), std::get<Fields + 2>(fields_of(b))) && ...);
+}
+
 }  // namespace
+
+bool differ_in_time_alone(const State& a, const State& b) {
+  return same_after_time(a, b, std::make_index_sequence<std::tuple_size_v<decltype(fields_of(a))> - 2>());
+}
 
 std::vector<std::byte> state_to_bytes(const State& state) {
   ByteWriter content, all;

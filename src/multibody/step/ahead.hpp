@@ -8,11 +8,11 @@
 
 namespace amontons {
 
-// The share, per body, of the change of its velocity over the kick by which the velocity at the end of the
-// step is ahead of that in its middle. It is half of the step over the kick where motion is smooth, so that
-// the velocity is of second order. It is zero where velocities jump: a jump does not go on. Impacts at
-// the start of the step are over.
+// `ahead`: per body, the share of the change of its velocity over the kick by which the velocity at the end
+// of the step leads that in its middle. It is half of the step over the kick where motion is smooth, so that
+// the velocity is of second order. It is zero where velocities jump: a jump does not go on. Impacts at the
+// start of the step are over.
 void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved& solved, double last_kick,
-                Observed& o);
+                const Observed& o, std::vector<double>& ahead);
 
 }  // namespace amontons

@@ -14,7 +14,7 @@ void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const
   // If all stops, impulses are not needed.
   if (!(solved.rest.all() && solved.rest.slow))
     apply_impulses(*posed.problem, solved.solution.x, solved.after);
-  stop_resting(step.model, solved.rest, solved.after);
+  stop_resting(step.model, posed.problem->graph.islands, solved.rest, solved.after);
   solver.clock.lap(&Timings::solve);
 }
 

@@ -46,16 +46,16 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
     store_tree_reactions(step.forest, o.joints, o.frames, o.start, impulses_on_bodies(*posed.problem, x),
                          step.h, trees, state);
   }
-  find_ahead(step, posed, solved, state.impulse_step, o);
+  static thread_local std::vector<double> ahead;
+  find_ahead(step, posed, solved, state.impulse_step, o, ahead);
   state.impulse_step = step.kick();
   state.last_step = step.h;
   keep_held_loads(state);
-  integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, o.ahead.share}, state,
-            step.forest.number);
+  integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, ahead}, state, step.forest.number);
   if (!step.forest.empty()) {
     move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees,
                state);
-    leave_tree_velocities(step.forest, o.ahead.share, trees, state);
+    leave_tree_velocities(step.forest, ahead, trees, state);
   }
   advance_activations(step.model, step.h, state);
 }

@@ -19,13 +19,6 @@ struct PositionErrors {
   double line = 0, penetration = 0;
 };
 
-// See find_ahead(): the share of each body; the rest is scratch.
-struct Ahead {
-  std::vector<double> share;
-  std::vector<Index> island, home;
-  std::vector<unsigned char> rough;
-};
-
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
 // start, free (with all loads, without impulses), and foreseen (free without efforts along joints).
 struct Observed {
@@ -45,8 +38,7 @@ struct Observed {
   std::vector<JointWrench> impacts;    // of the locked directions of each joint, at the start of the step
   std::vector<unsigned char> stopped;  // bodies that a thick fluid stops within the step
   HeldLoads held;                      // over the kick
-  Ahead ahead;
-  TreeStep trees;  // bodies that move in coordinates of their joints
+  TreeStep trees;                      // bodies that move in coordinates of their joints
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
 

@@ -42,10 +42,10 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
 
 // The speed of an error of 1, per island. The residual is a norm over all bodies of an island: one of n equal
 // bodies may have the whole error.
-void find_speeds(double fall, std::size_t islands, Rest& rest) {
-  rest.speed.assign(islands, 0);
-  for (const Index home : rest.home)
-    if (home >= 0) rest.speed[home] += 1;
+void find_speeds(double fall, std::size_t bodies, const Islands& islands, Rest& rest) {
+  rest.speed.assign(islands.count, 0);
+  for (std::size_t i = 0; i < bodies; ++i)
+    if (const Index home = islands.of_body[i]; home >= 0) rest.speed[home] += 1;
   for (double& s : rest.speed) s = fall * std::sqrt(s);
 }
 
@@ -53,9 +53,9 @@ void find_speeds(double fall, std::size_t islands, Rest& rest) {
 // no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor slides on
 // it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual of the
 // start, which is what counts.
-void keep_slow(double length, const BodyVelocities& v, double error, Rest& rest) {
+void keep_slow(double length, const BodyVelocities& v, double error, const Islands& islands, Rest& rest) {
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (const Index home = rest.home[i]; home >= 0 && !is_slow(v[i], length, error * rest.speed[home]))
+    if (const Index home = islands.of_body[i]; home >= 0 && !is_slow(v[i], length, error * rest.speed[home]))
       rest.rests[home] = 0;
 }
 
@@ -65,7 +65,7 @@ void keep_solved(const Problem& problem, Law law, double most, double rounding, 
   rest.map.assign(rest.rests.size(), 0);
   rest.map_at_zero.assign(rest.rests.size(), 0);
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    const Index i = rest.island[block];
+    const Index i = problem.graph.islands.of_block[block];
     if (!rest.rests[i]) return;
     const double zero[S::dim] = {};
     double g[S::dim];
@@ -93,24 +93,6 @@ void go_on(const Problem& problem, const std::vector<double>& x0, Rest& rest) {
 }
 
 }  // namespace
-
-std::size_t find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
-                       std::vector<Index>& home) {
-  const std::size_t count = find_islands(graph, island);
-  home.assign(bodies, -1);
-  const auto add = [&](Index body, Index to) {
-    if (body >= 0 && body < static_cast<Index>(bodies) && home[body] < 0) home[body] = to;
-  };
-  for (std::size_t k = 0; k < graph.links.size(); ++k) {
-    add(graph.links[k].a, island[k]);
-    add(graph.links[k].b, island[k]);
-  }
-  // Bodies of a tree share the island of the one that leads it: rows act there, in whatever body they do.
-  const auto of = [&](Index body) { return body < static_cast<Index>(bodies) ? home[body] : -1; };
-  for (const ContactGraph::Link& tie : graph.ties) add(tie.a, of(tie.b));
-  for (const ContactGraph::Link& tie : graph.ties) add(tie.b, of(tie.a));
-  return count;
-}
 
 double Rest::residual(Maps others) const {
   double sum = others.map * others.map, sum_at_zero = others.at_zero * others.at_zero;
@@ -143,15 +125,16 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = step::policy.direct_start * tolerance;
-  find_speeds(fall, find_homes(problem.graph, model.bodies(), rest.island, rest.home), rest);
+  const Islands& islands = problem.graph.islands;
+  find_speeds(fall, model.bodies(), islands, rest);
   rest.rests.assign(rest.speed.size(), 1);
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
-  if (!rest.slow) keep_slow(model.length(), o.start, tolerance, rest);
+  if (!rest.slow) keep_slow(model.length(), o.start, tolerance, islands, rest);
   if (!rests_any(rest)) return false;
   if (predicted.empty()) apply_impulses(problem, x0, rest.v = o.free);
   const BodyVelocities& v = predicted.empty() ? rest.v : predicted;
   rest.slow = rest.slow && std::all_of(v.begin(), v.end(), slow);
-  if (!rest.slow) keep_slow(model.length(), v, rounding, rest);
+  if (!rest.slow) keep_slow(model.length(), v, rounding, islands, rest);
   if (!rests_any(rest)) return false;
   form_start(problem, x0, start);
   keep_solved(problem, step.options.law, tolerance, rounding, start, rest);
@@ -160,14 +143,15 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
 
 void find_rest(const StepSetting& step, const Observed& o, const Problem& problem, bool again,
                const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest) {
-  if (again && rest.any && !rest.moving.empty() && rest.island.size() == problem.K.blocks())
+  if (again && rest.any && !rest.moving.empty() && start.x.size() == problem.rows())
     return go_on(problem, x0, rest);
   rest.any = false;
   rest.moving.clear();
   if (x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, problem, x0, predicted, start, rest))
     return;
-  for (std::size_t k = 0; k < rest.island.size(); ++k)
-    if (!rest.rests[rest.island[k]]) rest.moving.push_back(k);
+  const std::vector<Index>& island = problem.graph.islands.of_block;
+  for (std::size_t k = 0; k < island.size(); ++k)
+    if (!rest.rests[island[k]]) rest.moving.push_back(k);
   rest.any = rest.moving.empty() || !step.options.own_method;
   if (!rest.any || rest.moving.empty()) return;
   extract(problem, rest.moving, rest.number, rest.part);
@@ -175,10 +159,11 @@ void find_rest(const StepSetting& step, const Observed& o, const Problem& proble
 }
 
 // Driven bodies keep their velocities.
-void stop_resting(const Model& model, const Rest& rest, BodyVelocities& v) {
+void stop_resting(const Model& model, const Islands& islands, const Rest& rest, BodyVelocities& v) {
   if (!rest.any) return;
   const auto stops = [&](std::size_t i) {
-    return rest.home[i] < 0 ? rest.slow : rest.rests[rest.home[i]] != 0;
+    const Index home = islands.of_body[i];
+    return home < 0 ? rest.slow : rest.rests[home] != 0;
   };
   for (std::size_t i = 0; i < v.size(); ++i)
     if (stops(i) && model.is_dynamic(static_cast<Index>(i))) v[i] = {};

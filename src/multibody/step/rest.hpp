@@ -14,8 +14,6 @@ namespace amontons {
 struct Rest {
   bool any = false;
   bool slow = false;                     // all bodies of the scene, those without contacts too
-  std::vector<Index> island;             // per block
-  std::vector<Index> home;               // island per body, -1: none
   std::vector<unsigned char> rests;      // per island
   std::vector<double> speed;             // per island: m/s, of an error of 1
   std::vector<std::size_t> moving;       // blocks of the other islands
@@ -43,12 +41,9 @@ struct Rest {
 // `predicted`: the free velocities with x0; empty: not known.
 void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
                const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest);
-// The island of each block and of each body, -1: none. Returns the number of islands.
-std::size_t find_homes(const ContactGraph& graph, std::size_t bodies, std::vector<Index>& island,
-                       std::vector<Index>& home);
 // Projects the start x0 and forms its u.
 void form_start(const Problem& problem, std::span<const double> x0, Solution& s);
 // Stops the bodies of islands at rest.
-void stop_resting(const Model& model, const Rest& rest, BodyVelocities& v);
+void stop_resting(const Model& model, const Islands& islands, const Rest& rest, BodyVelocities& v);
 
 }  // namespace amontons

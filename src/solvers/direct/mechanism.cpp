@@ -99,10 +99,6 @@ void Mechanism::analyse_pattern() {
   place_.assign(moves_.size(), -1);
   for (std::size_t i = 0; i < moves_.size(); ++i)
     if (moves_[i]) place_[i] = K_.position(static_cast<std::size_t>(node_[i]));
-  // Parents come after their children. From the last node on, the root of a parent is known.
-  root_.resize(K_.nodes());
-  for (std::size_t p = root_.size(); p-- > 0;)
-    root_[p] = K_.parent(p) < 0 ? static_cast<Index>(p) : root_[K_.parent(p)];
   analysed_moves_ = moves_;
   analysed_link_ = link_;
 }

@@ -35,9 +35,6 @@ class Mechanism {
   const QuasidefiniteFactor& K() const { return K_; }
   // Place of a body in the order of K; -1 for the world and for bodies that impulses do not move.
   Index place(Index body) const { return body >= 0 ? place_[body] : -1; }
-  // The last place of the mechanism that contains a place. A mechanism is a set of bodies connected by
-  // bilateral rows.
-  Index root(Index place) const { return root_[place]; }
   // The bilateral rows, by their number in the problem.
   const std::vector<std::size_t>& rows() const { return row_; }
 
@@ -80,7 +77,7 @@ class Mechanism {
   std::vector<std::size_t> row_;
   std::vector<double> P_;  // per row: diag(A)
   std::vector<Joint> joints_;
-  std::vector<Index> node_, place_, root_;
+  std::vector<Index> node_, place_;
   QuasidefiniteFactor K_;
 };
 

@@ -16,17 +16,12 @@ bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
   return mechanism_.takes_little() && find_islands(problem, most_rows);
 }
 
-// The nodes are mechanisms, each represented by its root.
 bool Reduction::find_islands(const Problem& problem, std::size_t most_rows) {
-  const auto node = [this](Index body) {
-    const Index place = mechanism_.place(body);
-    return place < 0 ? place : mechanism_.root(place);
-  };
   const auto first = [this](const ContactGraph::Link& link) {
     const Index a = mechanism_.place(link.a), b = mechanism_.place(link.b);
     return a < 0 || b < 0 ? std::max(a, b) : std::min(a, b);
   };
-  count_ = sort_into_islands(problem, false, mechanism_.K().nodes(), node, first, rest_);
+  count_ = sort_into_islands(problem, false, first, rest_);
   first_column_.assign(count_ + 1, 0);
   for (const IslandBlock& r : rest_) first_column_[r.island + 1] += r.dim;
   for (std::size_t i = 0; i < count_; ++i) {

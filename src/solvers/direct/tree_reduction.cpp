@@ -15,43 +15,22 @@
 
 namespace amontons {
 
-// Trees and free bodies are the nodes of islands; the last node is for blocks that move nothing. A tree is
-// one node, however many bodies it has: each impulse on it moves all of them.
-void TreeReduction::number_nodes(const Problem& problem) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  const std::size_t n = trees_->coordinates();
-  tree_of_.resize(n);
-  tree_count_ = free_count_ = 0;
-  for (std::size_t k = 0; k < n; ++k)
-    tree_of_[k] = trees_->parent[k] < 0 ? static_cast<Index>(tree_count_++) : tree_of_[trees_->parent[k]];
-  free_number_.assign(A.bodies.size(), -1);
-  for (std::size_t i = 0; i < A.bodies.size(); ++i)
-    if (trees_->place_of(static_cast<Index>(i)) < 0 && A.bodies.moves(static_cast<Index>(i)))
-      free_number_[i] = static_cast<Index>(free_count_++);
-}
-
-// The node of a body; -1 for the world, for bodies that impulses do not move, and for links that are welded
-// to the world.
-Index TreeReduction::node_of(Index body) const {
-  if (body < 0) return -1;
-  if (const Index place = trees_->place_of(body); place >= 0)
-    return trees_->last[place] < 0 ? -1 : tree_of_[trees_->last[place]];
-  return free_number_[body] < 0 ? -1 : static_cast<Index>(tree_count_) + free_number_[body];
-}
-
 bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
   if (!A || !A->constrained || !A->constrained->linkage) return false;
   trees_ = A->constrained->linkage.get();
-  number_nodes(problem);
+  free_number_.assign(A->bodies.size(), -1);
+  free_count_ = 0;
+  for (std::size_t i = 0; i < A->bodies.size(); ++i)
+    if (trees_->place_of(static_cast<Index>(i)) < 0 && A->bodies.moves(static_cast<Index>(i)))
+      free_number_[i] = static_cast<Index>(free_count_++);
   const auto place = [&](Index body) -> Index {
     if (body < 0) return -1;
     if (const Index i = trees_->place_of(body); i >= 0) return trees_->last[i];
     return static_cast<Index>(trees_->coordinates()) + free_number_[body];
   };
   const auto last = [&](const ContactGraph::Link& link) { return std::max(place(link.a), place(link.b)); };
-  count_ = sort_into_islands(
-      problem, true, tree_count_ + free_count_, [this](Index b) { return node_of(b); }, last, blocks_);
+  count_ = sort_into_islands(problem, true, last, blocks_);
   std::vector<std::size_t>& rows = used_;  // of each island: bilateral ones, others
   rows.assign(2 * count_, 0);
   for (const IslandBlock& b : blocks_)

@@ -47,8 +47,6 @@ class TreeReduction {
     std::size_t first, last;
   };
 
-  void number_nodes(const Problem& problem);
-  Index node_of(Index body) const;
   bool is_free(Index body) const { return body >= 0 && free_number_[body] >= 0; }
   std::size_t first_of_free(Index body) const {
     return trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);
@@ -73,9 +71,8 @@ class TreeReduction {
   void eliminate(const Problem& problem, Held& held, Reduction::Island& island);
 
   const Linkage* trees_ = nullptr;
-  std::vector<Index> tree_of_;      // per coordinate: number of its tree
   std::vector<Index> free_number_;  // per body: its number among free bodies that move, else -1
-  std::size_t free_count_ = 0, tree_count_ = 0;
+  std::size_t free_count_ = 0;
   // Their places: the last coordinate that moves one of their bodies; free bodies come after trees.
   std::vector<IslandBlock> blocks_;
   std::size_t count_ = 0, stride_ = 0;

@@ -262,7 +262,7 @@ def test_wrong_actions():
         amontons.InputError, match=r"the action has the shape \(2,\); the environment asks for \(6,\)"
     ):
         env.step([0, 0])
-    with pytest.raises(amontons.InputError, match="not finite"):
+    with pytest.raises(amontons.InputError, match="give finite numbers"):
         env.step(np.full(6, np.nan))
 
 

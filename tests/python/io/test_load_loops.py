@@ -205,5 +205,5 @@ def test_compiled_model_lists_and_refuses(tmp_path):
     path.write_bytes(data)
     with pytest.raises(FileError, match=r"limits\.memory"):
         amontons.load_model(path, limits=Limits(memory=10))
-    with pytest.raises(FileError, match=r"MuJoCo trusts a \.mjb"):
+    with pytest.raises(FileError, match=r"a \.mjb cannot be confined"):
         amontons.load_model(path, limits=Limits(folder=tmp_path))

@@ -14,5 +14,8 @@ std::vector<std::byte> state_to_bytes(const State& state);
 // The state of such bytes. `state` must be one of the same model, whose arrays have the sizes of its arrays.
 // Throws InputError, with `state` unchanged, if the bytes are damaged or of another model or version.
 void state_from_bytes(std::span<const std::byte> bytes, State& state);
+// Whether two states of one model have the same bits, apart from the time and the number of steps. It reads
+// up to the first difference.
+bool differ_in_time_alone(const State& a, const State& b);
 
 }  // namespace amontons

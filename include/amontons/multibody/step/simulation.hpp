@@ -111,7 +111,7 @@ class Simulation {
   // Shows them in the state, in place of those of the instant.
   void show_middle();
   // Begins the next step with those in the state, which may have changed since. `steady`: as in a motion that
-  // lasts, after a step of the same length, with the loads of now.
+  // lasts, after a step of the same length, with the present loads.
   void begin_with_shown(bool steady);
   // The options, with automatic values replaced by the derived ones.
   double margin() const;
@@ -126,6 +126,9 @@ class Simulation {
     bool damped, recovers, is_last;
   };
   void make_step(Report& report);
+  // The same for a step that would change nothing but the time, as the last one did; false if it could.
+  bool repeat_step(Report& report);
+  void note_whether_changed(const Report& report);
   void finish_report(Report& report);
   bool try_step(const Attempt& attempt, StepClock& clock, Report& report);
   // The stages of a part of length h (s), step/step.cpp. False, with only scratch changed, if the part
@@ -154,6 +157,10 @@ class Simulation {
     std::vector<JointReaction> reactions;
     std::shared_ptr<const Problem> problem;
     std::vector<double> x;
+    // The step changed nothing but the time, and `report` is that of all steps that repeat it.
+    bool changed_nothing = false;
+    Report report;
+    bool has_energies = false;  // the report
   } last_;
   std::unique_ptr<StepScratch> scratch_;
   std::atomic<bool> stepping_{false};

@@ -153,7 +153,9 @@ def _unit(
 def _options(simulation: Simulation) -> dict[str, Any]:
     given = dict(simulation.options)
     if callable(given["method"]) or given["device"] != "cpu" or given["budget"] is not None:
-        raise InputError("a unit solves by itself: give a named method, no device and no budget")
+        raise InputError(
+            "a unit has no device, no budget and no method of Python; drop device= and budget=, name a method"
+        )
     for name in ("device", "device_contacts", "budget", "on_failure"):
         given.pop(name)
     return {name: value for name, value in given.items() if value is not None}

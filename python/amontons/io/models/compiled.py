@@ -244,7 +244,10 @@ def open_compiled(path: Path, limits: Limits) -> Compiled:
     """A .mjb: MuJoCo's model without the elements that it came from."""
     mujoco = import_mujoco()
     if limits.folder is not None:
-        raise FileError(f"{path}: MuJoCo trusts a .mjb; with limits.folder give the XML that it came from")
+        raise FileError(
+            f"{path}: a .mjb cannot be confined to a folder; load the XML that it came from, "
+            "or drop limits.folder"
+        )
     if (size := path.stat().st_size) > limits.memory:
         raise FileError(f"{path}: has {readable(size)}, more than limits.memory = {readable(limits.memory)}")
     said: list[str] = []

@@ -80,7 +80,9 @@ class GrowingFile:
         except OSError:
             found = None
         if found is None or not os.path.samestat(found, os.fstat(self._handle)):
-            raise FileError(f"{self.path}: was removed or replaced while it was recorded")
+            raise FileError(
+                f"{self.path}: was removed or replaced while it was recorded; record to another name"
+            )
 
     def _write(self, rows: Mapping[str, Array], scalars: Mapping[str, int]) -> None:
         size = os.fstat(self._handle).st_size
@@ -183,7 +185,9 @@ def _lock(handle: int, path: Path) -> None:
     """
     if system.WINDOWS:
         if not system.lock(handle):
-            raise FileError(f"{path}: is being recorded by another program or by this one")
+            raise FileError(
+                f"{path}: is being recorded by another program or by this one; close that recorder first"
+            )
         return
     if fcntl is None or not hasattr(fcntl, "F_OFD_SETLK"):
         return
@@ -191,7 +195,9 @@ def _lock(handle: int, path: Path) -> None:
     try:
         fcntl.fcntl(handle, fcntl.F_OFD_SETLK, whole)
     except BlockingIOError:
-        raise FileError(f"{path}: is being recorded by another program or by this one") from None
+        raise FileError(
+            f"{path}: is being recorded by another program or by this one; close that recorder first"
+        ) from None
     except OSError:  # a file system without locks
         pass
 

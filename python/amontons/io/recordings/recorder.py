@@ -113,7 +113,9 @@ class Recorder:
         removed the file. Data written before the error stays.
         """
         if not self._end.alive:
-            raise InputError(f"the recording {self.path} is closed")
+            raise InputError(
+                f"the recording {self.path} is closed; use it inside its with block, or open it again"
+            )
         if not self._background.ours:
             raise InputError(
                 f"{self.path} is recorded by the process that began it; let each record a file of its own"

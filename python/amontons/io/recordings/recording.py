@@ -50,7 +50,9 @@ class StoredArray:
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(self._dataset, h5py.Dataset) and not self._dataset:
-            raise InputError(f"the recording {self._reader.path} is closed")
+            raise InputError(
+                f"the recording {self._reader.path} is closed; use it inside its with block, or open it again"
+            )
         try:
             return self._dataset[index]
         except (IndexError, TypeError, ValueError):  # of the index
