@@ -2,8 +2,8 @@
 
     python benchmarks/block_cholesky.py FILE.hdf5 ... [--program build/python/benchmarks/block_cholesky]
 
-The matrix is I + D' P^-1 D with six unknowns per body: the pattern of the matrix that ADMM, the interior
-point and the Newton method factor in every step. The values do not matter for the time. The program, which
+The matrix is I + D' P^-1 D with six unknowns per body: the pattern of the matrix that the interior point
+and the Newton method factor in every step. The values do not matter for the time. The program, which
 `make bench` builds, prints the table.
 """
 

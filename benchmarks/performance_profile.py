@@ -30,7 +30,7 @@ import numpy as np
 from common import SAMPLE, TABLES, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
-METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "admm", "cg")
+METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "cg")
 TOLERANCES = (1e-2, 1e-3, 1e-6, 1e-8)
 SHORT, REPEATS = 0.02, 4
 """Solves below SHORT (s) are run so often again, and the shortest counts."""

@@ -37,7 +37,6 @@ void bind_options(nb::module_& m) {
   def_field<&Options::spg, &SpgOptions::tau_g>(cls, "tau_g");
   def_field<&Options::sor, &SorOptions::omega>(cls, "sor_omega");
   def_field<&Options::jacobi, &JacobiOptions::omega>(cls, "jacobi_omega");
-  def_field<&Options::admm, &AdmmOptions::rho>(cls, "admm_rho");
 }
 
 }  // namespace amontons::python

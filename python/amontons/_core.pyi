@@ -307,12 +307,6 @@ class Options:
     @jacobi_omega.setter
     def jacobi_omega(self, arg: float, /) -> None: ...
 
-    @property
-    def admm_rho(self) -> float: ...
-
-    @admm_rho.setter
-    def admm_rho(self, arg: float, /) -> None: ...
-
 class IterationRecord:
     """
     An iteration, as the callback of a solve gets it.

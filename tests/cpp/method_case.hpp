@@ -23,7 +23,7 @@ inline bool one_of(std::string_view name, std::initializer_list<std::string_view
 
 inline bool is_linear_only(std::string_view method) { return one_of(method, {"cg", "minres"}); }
 inline bool is_factored(std::string_view method) {
-  return one_of(method, {"auto", "admm", "interior-point", "newton"});
+  return one_of(method, {"auto", "interior-point", "newton"});
 }
 inline double reachable(std::string_view method) { return is_factored(method) ? 1e-10 : 1e-6; }
 

@@ -164,7 +164,7 @@ TEST(work_is_limited) {
 // first factor is there.
 TEST(methods_end_in_time) {
   const Problem problem = small::stack(12);
-  for (const char* method : {"newton", "interior-point", "admm", "auto"}) {
+  for (const char* method : {"newton", "interior-point", "auto"}) {
     Options options;
     options.law = Law::associated;
     options.deadline = 1e-7;

@@ -100,7 +100,6 @@ TEST(only_methods_with_passes_go_to_a_device) {
   CHECK(passes > 0 && automatic.device == "counted" && automatic.status == Status::converged);
   passes = 0;
   CHECK(solve(p, "newton", options).device == "cpu");
-  CHECK(solve(p, "admm", options).device == "cpu");
   options.iterates = counting(passes, 1000);
   CHECK(solve(p, "auto", options).device == "cpu");
   CHECK(solve(p, "apgd", options).device == "cpu");

@@ -191,8 +191,8 @@ TEST(tells_the_sign_of_the_determinant) {
   }
 }
 
-// With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block, as
-// in ADMM. Breaks when R and its inverse, or Theta and its root, are mixed up.
+// With a regular R: (A + Theta^-1) y = r itself, Theta = R R'. Here R is a multiple of the unit per block.
+// Breaks when R and its inverse, or Theta and its root, are mixed up.
 TEST(solves_the_shifted_system) {
   for (const small::Case& c : cases()) {
     const Problem& p = c.problem;

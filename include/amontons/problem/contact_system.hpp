@@ -29,7 +29,7 @@ struct Bodies {
 struct Linkage;  // bodies in coordinates of the joints between them, problem/linkage.hpp
 
 // Bodies connected by rigid joints that have no rows, or whose rows have been eliminated: an impulse at one
-// of them moves all, docs/algorithm.md (32).
+// of them moves all, docs/algorithm.md (31).
 struct ConstrainedBodies {
   std::vector<Index> body;  // ascending
   // In place, six numbers per body: from impulses to velocities, a symmetric positive semidefinite map.

@@ -8,7 +8,7 @@
 namespace amontons {
 
 // Bodies that ideal joints connect to trees. Their velocities are v = J q' with the rates q' of coordinates,
-// and their part of M^-1 is J (L'DL)^-1 J' with L'DL = M(q) of the trees, docs/algorithm.md (39). A
+// and their part of M^-1 is J (L'DL)^-1 J' with L'DL = M(q) of the trees, docs/algorithm.md (38). A
 // coordinate moves the bodies beyond it, so M couples it only with those on its way to the root. L has the
 // same entries: there is no fill (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6.5).
 //

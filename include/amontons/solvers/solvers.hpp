@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "amontons/solvers/choice/automatic.hpp"
-#include "amontons/solvers/companions/admm.hpp"
 #include "amontons/solvers/companions/gauss_seidel.hpp"
 #include "amontons/solvers/companions/jacobi.hpp"
 #include "amontons/solvers/companions/spg_literal.hpp"

@@ -23,7 +23,6 @@ METHOD_OPTIONS: dict[str, dict[str, str]] = {
     "p-spg-fb-literal": {name: name for name in (*_SPG, "tau_g")},
     "jacobi": {"omega": "jacobi_omega"},
     "gauss-seidel": {"omega": "sor_omega"},
-    "admm": {"rho": "admm_rho"},
 }
 
 COMMON = ("law", "x0", "tolerance", "max_iterations", "deadline", "history", "callback", "threads")
@@ -53,6 +52,8 @@ METHOD_TERMS = {
     "spg": "p-spg-fb",
 }
 """Names of methods elsewhere -> here."""
+REMOVED = {"admm": "interior-point"}
+"""Methods of earlier versions -> what to use."""
 OPTION_TERMS = {
     "atol": "tolerance",
     "eps": "tolerance",
@@ -82,6 +83,8 @@ def methods() -> tuple[str, ...]:
 
 
 def require_method(method: object) -> str:
+    if isinstance(method, str) and method in REMOVED:
+        raise InputError(f"method {method!r} was removed; use {REMOVED[method]!r}")
     if not isinstance(method, str) or method not in methods():
         near = suggestion(method, methods(), METHOD_TERMS)
         raise InputError(f"unknown method {shown(method)}{near}; known are {', '.join(methods())}")

@@ -362,7 +362,7 @@ def solve(
         GPU. "auto" takes one of the two there; other methods run on the CPU, and `Solution.device` and
         `Solution.reason` say so. Results agree with those of the CPU to rounding.
     method_options: alpha_min, alpha_max, sigma_min, sigma_max, memory, gamma of "p-spg-fb" and
-        "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi"; rho of "admm".
+        "p-spg-fb-literal"; omega of "gauss-seidel" and "jacobi".
 
     Returns a Solution, also without convergence: its status says why, its x is the best iterate. Ctrl-C
     gives status "interrupted". Raises InputError for input that can be corrected.

@@ -29,7 +29,6 @@ STYLES: dict[str, tuple[str, str]] = {
     "jacobi": ("#999999", "-"),
     "cg": ("#56b4e9", ":"),
     "minres": ("#000000", ":"),
-    "admm": ("#cc79a7", "--"),
     "interior-point": ("#5b2a86", "--"),
     "newton": ("#8c6d1f", "--"),
 }

@@ -1,4 +1,4 @@
-// Geometric stiffness of joint forces, implicitly: docs/algorithm.md (30).
+// Geometric stiffness of joint forces, implicitly: docs/algorithm.md (29).
 //
 // A force F that a joint exerts on a body at the arm r from its centre of mass has the torque r x F. When the
 // body turns by a small angle d, r turns with it and the torque changes by (d x r) x F = -K d, K = (r.F) 1 -

@@ -1,4 +1,4 @@
-// docs/algorithm.md (29). Impulses x act along the mean of the velocities before and after them. Their work
+// docs/algorithm.md (28). Impulses x act along the mean of the velocities before and after them. Their work
 // is x' (u- + u+) / 2 with u = D v, and equals the change of kinetic energy that they cause, for any x. The u
 // of a contact includes the velocity of its surfaces. Driven bodies move in u: their work on others is not
 // created energy.
@@ -141,7 +141,7 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
               std::min(closing_work(in), step::policy.energy_of_gravity * gravity)};
 }
 
-// J - J2, docs/algorithm.md (29): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
+// J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
 // contacts, which J excludes from dissipation. J takes the work of passive rows along the mean velocity. J2
 // takes it along v+, the actual motion, minus the 1/2 |dv|^2 that an implicit step loses. They differ if a
 // foot bounced (u- > 0) and its motors press it back within the step. The contact then holds it (u+ = 0), and

@@ -1,7 +1,7 @@
 // Restitution by generalised reflections (Smith, Kaufman, Vouga, Tamstorf, Grinspun, SIGGRAPH 2012). All
 // approaching contacts are reflected together, then those that approach next, until none approaches. Contacts
 // that do not approach are left out, so that momentum passes through a row of balls instead of stopping in
-// it. docs/algorithm.md (28). Energy does not grow in any reflection: see limit_energy.
+// it. docs/algorithm.md (27). Energy does not grow in any reflection: see limit_energy.
 #include "multibody/step/impacts.hpp"
 
 #include <algorithm>

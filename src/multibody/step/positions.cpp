@@ -1,4 +1,4 @@
-// docs/algorithm.md (27): the smallest displacement p of the bodies that removes position errors, 1/2 p' M p
+// docs/algorithm.md (26): the smallest displacement p of the bodies that removes position errors, 1/2 p' M p
 // -> min. Equalities are C + D p = 0, inequalities C + D p >= 0. These include the gaps of all contacts, so
 // that a body pushed out of one neighbour is not pushed into the next. The optimality conditions are a VI of
 // the form of the step's. Frictionless impulses are the multipliers and p / h the velocities (Acary,

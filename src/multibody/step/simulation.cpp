@@ -35,9 +35,7 @@ void check(const SimulationOptions& o) {
                    "restitution_speed must not be negative (m/s)");
   AMONTONS_REQUIRE(o.max_substeps >= 1 && (o.max_substeps & (o.max_substeps - 1)) == 0,
                    "max_substeps must be a power of two: 1, 2, 4, ...");
-  const auto& names = method_names();
-  AMONTONS_REQUIRE(o.own_method || std::find(names.begin(), names.end(), o.method) != names.end(),
-                   "unknown method \"" + o.method + "\"");
+  if (!o.own_method) find_method(o.method);
 }
 
 }  // namespace

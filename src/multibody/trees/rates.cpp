@@ -1,5 +1,5 @@
 // Free rates balance the momenta of two displacements, the one that led here and the next one. Nothing here
-// differentiates M: its velocity terms are the differences of these momenta, docs/algorithm.md (40).
+// differentiates M: its velocity terms are the differences of these momenta, docs/algorithm.md (39).
 #include "multibody/trees/rates.hpp"
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 
 namespace amontons {
 
-// The central path of Coulomb's law as a curve, docs/algorithm.md (35): with the dual iterate w and u = A x +
+// The central path of Coulomb's law as a curve, docs/algorithm.md (34): with the dual iterate w and u = A x +
 // b, for t from 1 down to 0
 //
 //     F = w - u - s_t(w) e_n - t r = 0,   x o w = t e     (x in K, w in its dual; o the Jordan product),

@@ -5,7 +5,7 @@
 // and g = B u in derivatives, G = I - Q, H = Q B / p.
 //
 // Friction of circular and elliptic cones under coulomb: the equations of Alart and Curnier (CMAME 92, 1991),
-// docs/algorithm.md (34). They have no De Saxce term and so no kink where a sliding contact comes to rest.
+// docs/algorithm.md (33). They have no De Saxce term and so no kink where a sliding contact comes to rest.
 // With y = x - u / p, n and t its parts,
 //   open    n <= 0          F = x
 //   stick   |t| <= mu n     F = u / p

@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-// As Reduction, docs/algorithm.md (32), but W is not formed. In every product, bodies connected by bilateral
+// As Reduction, docs/algorithm.md (31), but W is not formed. In every product, bodies connected by bilateral
 // rows move by [K^-1]_vv in place of M^-1. A chain of joints, or a heavy ball on it, then costs a first-order
 // method no iteration, and joints hold exactly whenever the method stops.
 class ConstrainedProblem {

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-// The direction dx of a step of Newton's method for the VI of an island, docs/algorithm.md (33). Each block
+// The direction dx of a step of Newton's method for the VI of an island, docs/algorithm.md (32). Each block
 // has an equation F(x, u) = 0, u = W x + q (block_equation.hpp), and dF = G dx + H du:
 //
 //   (G + H (W + sigma p)) dx = -F,

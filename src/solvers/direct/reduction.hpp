@@ -9,7 +9,7 @@
 namespace amontons {
 
 // The rest of a problem after its bilateral rows (f) are eliminated: the other rows (c) with the mobility of
-// the constrained bodies, docs/algorithm.md (32),
+// the constrained bodies, docs/algorithm.md (31),
 //
 //   u_c = W x_c + q,   W = D_c [K^-1]_vv D_c' + E_c,   q = b_c + D_c [K^-1 (0, -b_f)]_v,
 //

@@ -36,8 +36,6 @@ void validate(const Options& o, const Problem& problem) {
                    "omega = " + text(o.sor.omega) + "; Gauss-Seidel converges for 0 < omega < 2");
   AMONTONS_REQUIRE(o.jacobi.omega >= 0 && std::isfinite(o.jacobi.omega),
                    "omega = " + text(o.jacobi.omega) + "; Jacobi needs a positive factor, or 0 to choose it");
-  AMONTONS_REQUIRE(o.admm.rho >= 0 && std::isfinite(o.admm.rho),
-                   "rho = " + text(o.admm.rho) + "; ADMM needs a positive penalty, or 0 to choose it");
 }
 
 }  // namespace amontons

@@ -1,4 +1,4 @@
-// docs/algorithm.md (31). Symbolic part: greedy minimum degree on the graph of nodes, relabelled in
+// docs/algorithm.md (30). Symbolic part: greedy minimum degree on the graph of nodes, relabelled in
 // postorder. Numeric part: right-looking, block by block.
 //
 // The pivot of node k with sign s: s K_kk = R R'. Its blocks K_kq, q above, become U_q = R^-1 K_kq, the

@@ -273,9 +273,9 @@ def test_auto_takes_the_device():
 
 # Breaks when a method without passes stays silent about where it runs.
 def test_other_methods_say_that_they_run_on_the_cpu():
-    solution = problems()["wall"].solve(method="admm", device="numpy", max_iterations=5)
+    solution = problems()["wall"].solve(method="newton", device="numpy", max_iterations=5)
     assert solution.device == "cpu"
-    assert "admm runs on the CPU" in solution.reason
+    assert "newton runs on the CPU" in solution.reason
 
 
 # Breaks when threads that share a device mix up the arguments of their kernels, or their buffers.

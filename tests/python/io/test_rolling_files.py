@@ -130,7 +130,6 @@ METHODS = (
     "apgd",
     "jacobi",
     "gauss-seidel",
-    "admm",
     "interior-point",
     "newton",
 )

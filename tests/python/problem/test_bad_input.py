@@ -107,6 +107,7 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"toleranse": 3}, r"\(did you mean 'tolerance'\?\)"),
         ({"method": "pgs"}, r"unknown method 'pgs' \(here it is called 'gauss-seidel'\); known are auto"),
         ({"method": "NSGS"}, r"\(here it is called 'gauss-seidel'\)"),
+        ({"method": "admm"}, "method 'admm' was removed; use 'interior-point'"),
         ({"method": "ipm"}, r"\(here it is called 'interior-point'\)"),
         ({"method": "projected Jacobi"}, r"\(here it is called 'jacobi'\)"),
         ({"method": "p-spg-fb", "rho": 1.0}, "its options are: alpha_min, alpha_max, .*gamma"),
@@ -114,7 +115,6 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"method": "gauss-seidel", "omega": 2.5}, "omega = 2.5.*0 < omega < 2"),
         ({"method": "gauss-seidel", "omega": "x"}, "omega = 'x'; it must be a number"),
         ({"method": "jacobi", "omega": -1.0}, "omega = -1.0; it must be zero or positive"),
-        ({"method": "admm", "rho": float("nan")}, "rho = nan; it must be a number"),
         ({"method": "p-spg-fb", "memory": -1}, "memory = -1; it must be an integer, at least 0"),
         ({"method": "p-spg-fb", "sigma_min": 0.9, "sigma_max": 0.1}, "0 < sigma_min <= sigma_max < 1"),
         ({"method": "p-spg-fb", "alpha_min": 2.0, "alpha_max": 1.0}, "0 < alpha_min < alpha_max"),
@@ -276,7 +276,7 @@ def test_residual(arguments, options, message):
 # notice on the way, but loops, returns NaN or claims convergence at a point that is none. The literal
 # variant never looks at the curvature, as in the paper.
 @pytest.mark.parametrize(
-    "method", ["auto", "p-spg-fb", "p-spg-fb-literal", "interior-point", "admm", "newton", "apgd"]
+    "method", ["auto", "p-spg-fb", "p-spg-fb-literal", "interior-point", "newton", "apgd"]
 )
 @pytest.mark.parametrize("cones", ["nonnegative", "bilateral"])
 def test_indefinite_matrix_ends_cleanly(method, cones):

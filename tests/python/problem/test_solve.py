@@ -274,7 +274,6 @@ def test_warm_start():
         ("p-spg-fb", {"gamma": 0.9}),
         ("gauss-seidel", {"omega": 1.5}),
         ("jacobi", {"omega": 0.01}),
-        ("admm", {"rho": 3.0}),
     ],
 )
 def test_method_options_reach_the_method(method, option):

@@ -45,13 +45,6 @@ struct JacobiOptions {
   double omega = 0.0;
 };
 
-// admm only.
-struct AdmmOptions {
-  // >= 0: factor of the penalty rho P. 0 starts from a default and adapts it to the balance of the residuals.
-  // A given value is kept, which saves the factorisations of the adaptation.
-  double rho = 0.0;
-};
-
 // Options common to all methods.
 struct Options {
   // The law of friction; by default that of the problem. The two laws agree for sets without friction.
@@ -87,7 +80,6 @@ struct Options {
   SpgOptions spg;
   SorOptions sor;
   JacobiOptions jacobi;
-  AdmmOptions admm;
 };
 
 // The law of a solve.

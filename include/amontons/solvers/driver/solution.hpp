@@ -42,7 +42,7 @@ struct IterationRecord {
   // 1/2 x'Ax + b'x of the current iterate (J). The two p-spg-fb sum its changes, each with the De Saxce term
   // held constant. Under coulomb this sum is not a function of x.
   double objective;
-  // alpha of the spectral step, 1/L of apgd, omega of the relaxations, rho of ADMM; 0 where there is none.
+  // alpha of the spectral step, 1/L of apgd, omega of the relaxations; 0 where there is none.
   double step;
   // Trial points that the line search of this iteration rejected.
   std::size_t backtracks;
