@@ -5,7 +5,8 @@
 //
 //   - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of
 //     them slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks,
-//     chains of joints and mass ratios take tens of thousands. Neither of the two methods is always faster.
+//     chains of joints and mass ratios take tens of thousands. One such method is enough: p-spg-fb beside
+//     apgd made the race no shorter on any set of problems (docs/decisions/auto.md).
 //   - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly
 //     depends on the condition: the interior point takes ten to twenty steps, Newton's method near a solution
 //     a few.
@@ -70,7 +71,9 @@ bool can_factor(const Problem& problem) {
 
 using Field = std::vector<Contender>;
 
-// K = R^m: nothing slides or opens. The problem is a linear system.
+// K = R^m: nothing slides or opens. The problem is a linear system, and cg ends in at most as many steps as A
+// has different eigenvalues. With one factorisation of A + shift P as its preconditioner it takes a few steps
+// on any chain of joints. Both prove a contradiction of the rows.
 Field linear_field(const Problem& problem) {
   Field field{{.start = start_cg, .why = "a linear system"}};
   if (can_factor(problem))
@@ -116,7 +119,8 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::policy.blocks_unit;
   ConstrainedProblem rest;
   const bool held = !linear && !watched && rest.make(problem, law);
-  // A factorisation eliminates the joints if possible: iterations are then those of contacts.
+  // A factorisation eliminates the joints if possible: iterations are then those of contacts, whose number
+  // does not grow with the length of a chain of joints.
   const char* cheap = held ? "cheap iterations, joints eliminated" : "cheap iterations";
   Field field = linear ? linear_field(problem) : Field{{.start = start_apgd, .why = cheap}};
   if (!linear && can_factor(problem)) add_factoring(field, coulomb, size);

@@ -50,8 +50,8 @@ struct Policy {
   // Work (ns): limit of a race of few blocks if the caller sets none. A problem still unsolved then converges
   // too slowly.
   double race_work = 4e8;
-  // Work (ns): this limit after the direct way has failed. Most such problems have no solution, and p-spg-fb
-  // does not prove this within 2 ms (test_status).
+  // Work (ns): this limit after the direct way has failed. Most such problems have no solution, which takes
+  // more than 2 ms to prove (test_status).
   double late_race_work = 8e6;
 
   // Islands.

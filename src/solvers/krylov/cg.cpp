@@ -111,6 +111,8 @@ struct ConjugateGradients : VectorIterate {
     }
     return natural_map(problem, law_of(problem, options), x, u);
   }
+  // Not x: it has the part of the solution in it, which hides the contradiction until x is many times as
+  // long. p is conjugate to that part, and so free of it.
   void last(std::vector<double>& out) const { out = p; }
 };
 
