@@ -22,7 +22,7 @@ foreach(runtime nanobind-static nanobind-static-abi3)
 endforeach()
 install(TARGETS _core LIBRARY DESTINATION amontons COMPONENT python)
 # The files of amontons.examples, which programs outside a clone read.
-install(DIRECTORY examples/models examples/problems DESTINATION amontons/example_files COMPONENT python)
+install(DIRECTORY examples/models examples/problems examples/assemblies DESTINATION amontons/example_files COMPONENT python)
 
 # What is compiled into the module, for amontons-VERSION.dist-info/sboms of the wheel (PEP 770).
 include(CheckCXXSourceCompiles)

@@ -99,8 +99,11 @@ def has_docstring(thing: object) -> bool:
 def public_names() -> dict[str, object]:
     """Every public name with what it names, those of the modules that hold the less common ones too."""
     import amontons
+    import amontons.studies
 
-    modules = (amontons, amontons.vi, amontons.parts, amontons.results, amontons.examples)
+    modules = (
+        amontons, amontons.vi, amontons.parts, amontons.results, amontons.examples, amontons.studies
+    )  # fmt: skip
     named = {f"{door.__name__}.{name}": getattr(door, name) for door in modules for name in door.__all__}
     return {name: thing for name, thing in named.items() if thing not in modules and "__" not in name}
 

@@ -24,7 +24,8 @@ PACKAGES = [
     ("simulation",),
     ("io",),
     ("scenes",),
-    ("report", "studies"),
+    ("report",),
+    ("studies",),
     ("viewer", "device"),
     ("cli", "gym"),
 ]

@@ -90,7 +90,7 @@ def words(command: Command) -> list[str]:
         else:
             listed += ["--duration", f"{longest:g}"]
     for option, cheap in CHEAP.items():  # of an option that is given twice the last holds
-        listed += cheap if option in listed else []
+        listed += cheap if option in listed and listed[1] != "stability" else []
     return listed + small
 
 

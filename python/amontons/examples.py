@@ -10,7 +10,7 @@ from .checks import chosen
 __all__ = ["names", "path"]
 # Beside this module in a wheel (cmake/PythonModule.cmake); in a clone in its folder of examples.
 _PLACES = (Path(__file__).parent / "example_files", Path(__file__).parents[2] / "examples")
-_KINDS = ("models", "problems")
+_KINDS = ("models", "problems", "assemblies")
 
 
 def _files() -> dict[str, Path]:
@@ -21,7 +21,7 @@ def _files() -> dict[str, Path]:
 
 
 def names() -> tuple[str, ...]:
-    """The names that `path` takes: models (MJCF, URDF), then problems (FCLIB).
+    """The names that `path` takes: models (MJCF, URDF), problems (FCLIB), assemblies of blocks (OBJ).
 
     >>> examples.names()[:2]
     ('arm.xml', 'dog.urdf')

@@ -23,6 +23,7 @@ from .plot import plot
 from .run import run
 from .scenes import scenes
 from .solve import solve
+from .stability import stability
 from .sweep import sweep
 from .view import view
 
@@ -32,7 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 PANELS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Simulations": (run, view, scenes, export, fmu, plot, sweep),
+    "Simulations": (run, view, scenes, export, fmu, plot, sweep, stability),
     "Problem files": (solve, compare, info),
     "Installation": (doctor,),
 }

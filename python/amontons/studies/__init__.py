@@ -1,1 +1,40 @@
-"""Many runs side by side, one row each in a Parquet file: `sweep`, and studies written as TOML files."""
+"""Many runs side by side (`sweep`, `identify`), and verdicts on assemblies of blocks (`stability`)."""
+
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING
+from typing import Any as _Any
+
+if TYPE_CHECKING:
+    from ..io.assemblies import read_assembly as read_assembly
+    from ..model.assembly import Assembly as Assembly
+    from ..model.assembly import Block as Block
+    from .masonry.loads import Load as Load
+    from .masonry.loads import horizontal as horizontal
+    from .masonry.loads import point_load as point_load
+    from .masonry.loads import tilt as tilt
+    from .masonry.search import Factor as Factor
+    from .masonry.stability import Stability as Stability
+    from .masonry.stability import stability as stability
+    from .masonry.statics import Equilibrium as Equilibrium
+
+_HOMES = {
+    "Assembly": "..model.assembly",
+    "Block": "..model.assembly",
+    "Equilibrium": ".masonry.statics",
+    "Factor": ".masonry.search",
+    "Load": ".masonry.loads",
+    "Stability": ".masonry.stability",
+    "horizontal": ".masonry.loads",
+    "point_load": ".masonry.loads",
+    "read_assembly": "..io.assemblies",
+    "stability": ".masonry.stability",
+    "tilt": ".masonry.loads",
+}
+__all__ = sorted(_HOMES)
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> _Any:
+        if name in _HOMES:  # loaded at first use: importing amontons stays light
+            return getattr(_import_module(_HOMES[name], __name__), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

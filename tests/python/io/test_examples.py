@@ -9,7 +9,9 @@ from amontons import examples
 def test_examples_are_read():
     pytest.importorskip("mujoco")
     for name in examples.names():
-        if name.endswith(".hdf5"):
+        if name.endswith(".obj"):
+            assert amontons.studies.read_assembly(examples.path(name)).blocks
+        elif name.endswith(".hdf5"):
             assert len(amontons.vi.read_problem(examples.path(name)).b)
         else:
             floating = {"floating_base": True} if name.endswith(".urdf") else {}
@@ -20,5 +22,5 @@ def test_examples_are_read():
 
 # Breaks when the clone and an installed package have different files.
 def test_files_are_those_of_the_clone(root):
-    kinds = (root / "examples" / kind for kind in ("models", "problems"))
+    kinds = (root / "examples" / kind for kind in ("models", "problems", "assemblies"))
     assert {p.name for kind in kinds for p in kind.iterdir()} == set(examples.names())

@@ -1,0 +1,1 @@
+"""Blocks that touch: whether they stand, by which margin, and what falls if they do not."""
