@@ -13,6 +13,15 @@ struct IslandPart {
   // Row and body of the whole problem for every row and body of the part: x_part[k] = x[rows[k]].
   std::vector<std::size_t> rows;
   std::vector<Index> bodies;
+
+  // Rows of an array of the whole, and back.
+  void take(std::span<const double> whole, std::vector<double>& part) const {
+    part.resize(rows.size());
+    for (std::size_t k = 0; k < part.size(); ++k) part[k] = whole[rows[k]];
+  }
+  void put(std::span<const double> part, std::span<double> whole) const {
+    for (std::size_t k = 0; k < part.size(); ++k) whole[rows[k]] = part[k];
+  }
 };
 // The part of some blocks, ascending, of a ContactSystem, which must be whole islands. The arrays of `part`
 // keep their memory. `body_number` is scratch, -1 or empty before and -1 after: one for all parts, so that

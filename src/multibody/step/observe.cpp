@@ -16,8 +16,9 @@
 namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, Observed& o) {
-  make_free_velocities(step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
-                       o.free, o.spins, step.forest.number);
+  make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
+                        step.forest.number},
+                       o.free, o.spins);
   if (!step.forest.empty())
     make_free_tree_velocities(step.model, step.forest, step.h, step.last, o.frames, o.start, o.loads, o.trees,
                               o.free);
