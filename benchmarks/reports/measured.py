@@ -124,11 +124,15 @@ def damper(rows: Rows) -> str:
 
 
 def masonry(rows: Rows) -> str:
-    lines = [
-        [r["assembly"], r["blocks"], r["quantity"], short(r["friction"]), short(r["theirs"], 4),
-         short(r["ours"], 4), r["note"]] for r in rows
-    ]  # fmt: skip
-    return table(("assembly", "blocks", "quantity", "friction", "theirs", "ours", "note"), lines)
+    files = [r for r in rows if r["blocks"]]
+    keys = {
+        "assembly": "assembly", "blocks": "blocks", "friction": "friction", "theirs": "theirs",
+        "verdict": "verdict", "needed_with_prestress": "needs friction, prestressed",
+        "needed": "placed freely", "in_time": "simulation", "rigid_in_time": "rigid contacts",
+    }  # fmt: skip
+    lines = [[short(r[key], 3) for key in keys] for r in files]
+    others = [[r["assembly"], short(r["theirs"], 4), short(r["verdict"], 4)] for r in rows if not r["blocks"]]
+    return table(tuple(keys.values()), lines) + "\n\n" + table(("case", "published", "ours"), others)
 
 
 def clearances(rows: Rows) -> str:

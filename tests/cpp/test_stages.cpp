@@ -82,7 +82,7 @@ struct Stages {
   Solved solved;
   StepSolver solver{.simulation = options,
                     .clock = clock,
-                    .budget = &clock.budget,
+                    .budget = clock.budget,
                     .elimination = elimination,
                     .sums = sums,
                     .fastest = {g * h, 0}};
@@ -264,7 +264,7 @@ TEST(look_ahead_adds_what_a_solve_leads_to) {
   CHECK(s.observed.contacts.size() == 1);
   CHECK_NEAR(s.solved.after[0].linear.z, -4, 1e-8);
   look_ahead(s.step, s.solver, s.observed, s.posed, s.solved);
-  CHECK(s.observed.contacts.size() == 2 && s.solver.again && s.sums.solves == 2);
+  CHECK(s.observed.contacts.size() == 2 && s.posed.again && s.sums.solves == 2);
   CHECK_NEAR(s.solved.after[0].linear.z, -gap / h, 1e-8);
   CHECK_NEAR(s.solved.after[1].linear.z, -gap / h, 1e-8);
 }

@@ -291,9 +291,9 @@ def assembly_file(path, offsets):
 @pytest.mark.parametrize(("offset", "stands"), [(0.45, True), (0.55, False)])
 def test_assemblies(measured, tmp_path, offset, stands):
     assembly_file(tmp_path / "pair.json", (0, offset))
-    blocks = measured.masonry.read_assembly(tmp_path / "pair.json")
-    assert all(block.is_convex() for block in blocks)
-    moved, fell = measured.masonry.watch(measured.masonry.assembly("pair", blocks), np.ones(1), 1.0)
+    blocks = measured.masonry.assembly(tmp_path / "pair.json")
+    assert all(block.is_convex for block in blocks.blocks)
+    moved, fell = measured.masonry.watch(blocks, 1.0)
     assert math.isnan(fell) == stands
     assert (moved < 1e-3) == stands
 

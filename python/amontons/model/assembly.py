@@ -154,13 +154,16 @@ class Assembly:
         blocks = (replace(block, fixed=i in chosen) for i, block in enumerate(self.blocks))
         return replace(self, blocks=tuple(blocks))
 
-    def model(self, *, dent: float = 0.01, compliance: float | None = None) -> Model:
+    def model(
+        self, *, dent: float = 0.01, compliance: float | None = None, moving_supports: bool = False
+    ) -> Model:
         """The model whose simulation answers the same question in time.
 
         Blocks that are not convex are convex parts (`shapes.decompose`, needs coacd) that fill dents of up to
         `dent` times the size of the block; supports are geoms of the world.
         compliance: of a contact point (m/N), without damping; None for SOFT times the median size of a block
         over its weight. Rigid contacts (0) let the rounding of a drawing decide which forces occur.
+        moving_supports: supports are kinematic bodies, which keep the velocity that the state holds.
         """
         free = [block for block in self.blocks if not block.fixed]
         if compliance is None and free:
@@ -171,7 +174,9 @@ class Assembly:
             material = Material(friction=block.friction, compliance=(compliance or 0.0) / 2)
             if block.fixed:
                 shape = Mesh(block.vertices, block.triangles.astype(np.int32))
-                builder.add_geom(None, shape, material=material, name=block.name)
+                carrier = builder.add_body(block.name, motion="kinematic") if moving_supports else None
+                name = None if moving_supports else block.name
+                builder.add_geom(carrier, shape, material=material, name=name)
                 continue
             middle = np.array(block.mass.centre_of_mass)
             inside = block.vertices - middle

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from .masonry.loads import point_load as point_load
     from .masonry.loads import tilt as tilt
     from .masonry.search import Factor as Factor
+    from .masonry.shaking import GroundMotion as GroundMotion
+    from .masonry.shaking import Shaking as Shaking
+    from .masonry.shaking import pulse as pulse
+    from .masonry.shaking import read_ground_motion as read_ground_motion
+    from .masonry.shaking import shake as shake
     from .masonry.stability import Stability as Stability
     from .masonry.stability import stability as stability
     from .masonry.statics import Equilibrium as Equilibrium
@@ -22,10 +27,15 @@ _HOMES = {
     "Block": "..model.assembly",
     "Equilibrium": ".masonry.statics",
     "Factor": ".masonry.search",
+    "GroundMotion": ".masonry.shaking",
     "Load": ".masonry.loads",
+    "Shaking": ".masonry.shaking",
     "Stability": ".masonry.stability",
     "horizontal": ".masonry.loads",
     "point_load": ".masonry.loads",
+    "pulse": ".masonry.shaking",
+    "read_ground_motion": ".masonry.shaking",
+    "shake": ".masonry.shaking",
     "read_assembly": "..io.assemblies",
     "stability": ".masonry.stability",
     "tilt": ".masonry.loads",

@@ -94,68 +94,62 @@ void hold_tangents(const Contact& contact, double E, double* b) {
 
 }  // namespace
 
-void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
-              const Assembly& options, Problem& problem) {
+// The joint rows supply their E, sets and, below, c.
+void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+                     const Assembly& options, Problem& problem) {
   if (!std::holds_alternative<ContactSystem>(problem.A)) problem.A = ContactSystem{};
   auto& A = std::get<ContactSystem>(problem.A);
   SetProduct& K = problem.K;
-  std::vector<double>& b = problem.b;
   A.contact_compliance.clear();
   K.clear();
-  b.clear();
-  const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
-  // b = D v_free + c of the contacts, in the frame of each. It includes the velocity of bodies that impulses
-  // do not move, and of moving surfaces.
   A.contact_compliance.reserve(contacts.size());
   for (Contact& c : contacts) {
     if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
-    const ContactImpulse u = relative_motion(c, bodies.free);
-    const std::size_t row = b.size();
-    b.resize(row + static_cast<std::size_t>(c.rows));
-    to_rows(c, u.linear, u.angular, c.moment_length, &b[row]);
-    const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
-                                      -c.gap <= options.held ? options.held / options.h : 0});
-    b[row] += contact_bias(c, b[row], recovery, options);
     append_set(c, K);
-    const double E = contact_compliance(c.material, options);
-    A.contact_compliance.push_back(std::max(E, softness(bodies, c, options.model)));
-    if (E > 0 && !options.impact) hold_tangents(c, E, &b[row]);
+    A.contact_compliance.push_back(
+        std::max(contact_compliance(c.material, options), softness(bodies, c, options.model)));
   }
   // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be shared.
   A.contacts = contacts;
-  // The same for the joint rows, which supply their c, E and sets. Auxiliary bodies start at rest.
-  for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
-    b.push_back(row_velocity(rows.jacobian[i], bodies.free, rows.c[i]));
   K.append(rows.cones);
   fill(bodies, rows.auxiliary_inverse_mass, A.bodies);
   A.jacobian = rows.jacobian;
   A.compliance = rows.compliance;
   A.constrained = bodies.trees;
+  problem.b.resize(K.rows());
   renew(problem);
+}
+
+// b = D v_free + c, of contacts in the frame of each. It includes the velocity of bodies that impulses do not
+// move, and of moving surfaces. Auxiliary bodies start at rest.
+void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,
+             std::span<const Vec3> turns, Problem& problem) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
+  double* b = problem.b.data();
+  for (std::size_t i = 0; i < A.contacts.size(); ++i) {
+    const Contact& c = A.contacts[i];
+    const ContactImpulse u = relative_motion(c, free);
+    to_rows(c, u.linear, u.angular, c.moment_length, b);
+    const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
+                                      -c.gap <= options.held ? options.held / options.h : 0});
+    b[0] += contact_bias(c, b[0], recovery, options);
+    const double E = contact_compliance(c.material, options);
+    if (E > 0 && !options.impact) hold_tangents(c, E, b);
+    if (!turns.empty())
+      for (int k = 0; k < 3; ++k) b[k] += turns[i][k];
+    b += c.rows;
+  }
+  for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
+    *b++ = row_velocity(rows.jacobian[i], free, rows.c[i]);
 }
 
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options) {
   Problem problem;
-  assemble(bodies, contacts, rows, options, problem);
+  assemble_system(bodies, contacts, rows, options, problem);
+  write_b(bodies.free, rows, options, {}, problem);
   return problem;
-}
-
-// b = D v_free + c is linear in v_free. The velocity of a moving surface is in b already.
-void change_free(const BodyVelocities& change, Problem& problem) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  std::size_t row = 0;
-  double u[6];
-  for (const Contact& c : A.contacts) {
-    ContactImpulse motion = relative_motion(c, change);
-    motion.linear -= c.surface_velocity;
-    to_rows(c, motion.linear, motion.angular, c.moment_length, u);
-    for (int k = 0; k < c.rows; ++k) problem.b[row++] += u[k];
-  }
-  for (const JacobianRow& j : A.jacobian) {
-    problem.b[row] = row_velocity(j, change, problem.b[row]);
-    ++row;
-  }
 }
 
 std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x) {

@@ -18,14 +18,15 @@ struct Assembly {
   const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
 };
 
-// The VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.
-void assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
-              const Assembly& options, Problem& problem);
+// A and K of the VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.
+void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
+                     const Assembly& options, Problem& problem);
+// Its b, for free velocities of bodies and, unless empty, the terms of contacts that turn.
+void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,
+             std::span<const Vec3> turns, Problem& problem);
+// Both.
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options);
-
-// b for other free velocities: `change` is the change of them.
-void change_free(const BodyVelocities& change, Problem& problem);
 
 // D'x, six numbers per body: impulses at the centres of mass. Valid until the next call on this thread.
 std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x);

@@ -126,7 +126,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;
     // If time runs out or the solve fails, the step also stops the remaining approaching bodies.
     const bool missed = solver.sums.status != Status::converged;
-    if (solver.budget->ends_within(solver.clock.search) || (reflection > 0 && missed)) return reflection > 0;
+    if (solver.budget.ends_within(solver.clock.search) || (reflection > 0 && missed)) return reflection > 0;
     // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
       bodies.trees = tree_masses(step.model, step.forest, 0, 0, o.trees);

@@ -5,11 +5,10 @@
 
 namespace amontons {
 
-void solve(const StepSetting& step, StepSolver& solver, const Observed& o, const StepProblem& posed,
+void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  find_rest(step, o, *posed.problem, solver.again, posed.x0, posed.predicted, solved.solution, solved.rest);
-  solved.solution =
-      solve_beside(solver, *posed.problem, posed.x0, solved.rest, std::move(solved.solution), solved.part);
+  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again}, solved.solution, solved.rest);
+  solve_beside(solver, posed, solved);
   solved.after = o.free;
   // If all stops, impulses are not needed.
   if (!(solved.rest.all() && solved.rest.slow))
@@ -27,29 +26,26 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
   o.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);
   const bool found = o.contacts.size() > known;
-  const bool turning = !posed.turns.added.empty() && (found || first);
-  if (found) {
-    take_in(solved.solution.x, known, o, posed);
-    posed.turns.added.clear();
-  }
-  const double turned =
-      turning ? turn_contacts(reach, o.free, enough_of_a_turn(step), o.finder, posed.turns, *posed.problem)
-              : 0;
+  const bool turning = !posed.turns.empty() && (found || first);
+  if (found) take_in(solved.solution.x, known, o, posed);
+  const bool turned =
+      turning && find_turns(reach, o.free, enough_of_a_turn(step), o.contacts, o.finder, posed.turns);
+  if (found || turned) write_b(o, posed);
   clock.lap(&Timings::assembly);
-  if (!found && turned > 0) {
+  if (!found && turned) {
     posed.predicted.clear();
     posed.x0 = solved.solution.x;
+    posed.again = true;
   }
-  return found || turned > 0;
+  return found || turned;
 }
 
-void look_ahead(const StepSetting& step, StepSolver& solver, Observed& o, StepProblem& posed,
+void look_ahead(const StepSetting& step, const StepSolver& solver, Observed& o, StepProblem& posed,
                 Solved& solved) {
   for (int round = 0;
-       round < step::policy.most_looks && !solver.budget->ends_within(solver.clock.timings.collision);
+       round < step::policy.most_looks && !solver.budget.ends_within(solver.clock.timings.collision);
        ++round) {
     if (!add_unforeseen(step, solver.clock, round == 0, o, posed, solved)) return;
-    solver.again = true;
     solve(step, solver, o, posed, solved);
   }
 }

@@ -7,12 +7,12 @@
 namespace amontons {
 
 // Solves the problem from its start; the velocities follow.
-void solve(const StepSetting& step, StepSolver& solver, const Observed& observed, const StepProblem& posed,
-           Solved& solved);
+void solve(const StepSetting& step, const StepSolver& solver, const Observed& observed,
+           const StepProblem& posed, Solved& solved);
 
 // Looks ahead along the velocities of a solve. Solves again while this finds contacts that the first search
 // could not foresee, which join the problem, or contacts that turn otherwise than predicted.
-void look_ahead(const StepSetting& step, StepSolver& solver, Observed& observed, StepProblem& posed,
+void look_ahead(const StepSetting& step, const StepSolver& solver, Observed& observed, StepProblem& posed,
                 Solved& solved);
 
 }  // namespace amontons

@@ -26,7 +26,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
           .most_closed = error,
-          .held = step.held_reach(),
+          .held = step.held,
           .slack = few ? 0 : std::min(drift, error),
           .model = &step.model};
 }
@@ -49,6 +49,7 @@ static void find_past_of_trees(const StepSetting& step, const State& state, Obse
 // impulses are scaled by the ratio of the kicks.
 static void warm_start(const StepSetting& step, const State& state, const Observed& o, StepProblem& posed) {
   posed.x0.clear();
+  posed.again = false;
   if (!step.options.warm_start || !(state.impulse_step > 0)) return;
   const double scale = step.kick() / state.impulse_step;
   warm_start_contacts(step.model, state.contacts, scale, o.frames, o.contacts, posed.x0);
@@ -59,21 +60,8 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  turn_contacts({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.finder,
-                posed.turns, *posed.problem);
-}
-
-// The motion of trees over the step depends on its impulses: those of the last step foresee them, which makes
-// the motion of second order with contacts, too. b follows. `w`: those impulses, per body.
-static void foresee_impulses(const StepSetting& step, std::span<const double> w, Observed& o,
-                             StepProblem& posed) {
-  // The change of the free velocities is known only afterwards; b needs no other.
-  BodyVelocities& change = posed.change;
-  change = o.free;
-  foresee_tree_velocities(step.forest, step.h, step.last, o.frames, o.start, w, o.trees, o.free);
-  for (std::size_t i = 0; i < change.size(); ++i)
-    change[i] = {o.free[i].linear - change[i].linear, o.free[i].angular - change[i].angular};
-  change_free(change, *posed.problem);
+  find_turns({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.contacts,
+             o.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
@@ -92,20 +80,28 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   posed.assembly = assembly_of(step, o.contacts, posed.rows.tags.size());
   if (!posed.problem) posed.problem = std::make_shared<Problem>();
   posed.problem->law = step.options.law;
-  assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
+  assemble_system(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
   std::span<double> w;
   if (!posed.x0.empty() && (!step.forest.empty() || !o.contacts.empty()))
     w = impulses_on_bodies(*posed.problem, posed.x0);
-  if (!step.forest.empty()) foresee_impulses(step, w, o, posed);
+  // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
+  // makes the motion of second order with contacts, too.
+  if (!step.forest.empty())
+    foresee_tree_velocities(step.forest, step.h, step.last, o.frames, o.start, w, o.trees, o.free);
   // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
   posed.predicted.clear();
   if (!w.empty() && !o.contacts.empty()) {
     posed.predicted = o.free;
     add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
   }
-  posed.turns.added.clear();
+  posed.turns.clear();
   if (!step.damped && !o.contacts.empty() && !clock.short_of_time) turn_ahead(step, o, posed);
+  write_b(o, posed);
+}
+
+void write_b(const Observed& o, StepProblem& posed) {
+  write_b(o.free, posed.rows, posed.assembly, posed.turns, *posed.problem);
 }
 
 void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepProblem& posed) {
@@ -113,9 +109,11 @@ void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepP
   for (std::size_t i = 0; i < o.contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(o.contacts[i].rows);
   posed.predicted.clear();
+  posed.turns.clear();
   posed.x0 = x;
   posed.x0.insert(posed.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
-  assemble(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
+  posed.again = true;
+  assemble_system(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
 }
 
 }  // namespace amontons

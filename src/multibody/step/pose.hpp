@@ -17,8 +17,12 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
 // within the step. Feet that swing by less have no energy to lose there, and need not follow.
 double enough_of_a_turn(const StepSetting& step);
 
-// Contacts from `known` on were added after the problem was assembled. Assembles it again with their rows,
-// which come before those of joints, and with zeros for them in x0, the present solution x.
+// b of the problem, for the free velocities and the turns of contacts: once they are known, and again where
+// the look ahead changes them.
+void write_b(const Observed& observed, StepProblem& posed);
+
+// Contacts from `known` on were added after the problem was made. Makes all but b again with their rows,
+// which come before those of joints, and with zeros for them in x0, the present solution x. No contact turns.
 void take_in(const std::vector<double>& x, std::size_t known, Observed& observed, StepProblem& posed);
 
 }  // namespace amontons

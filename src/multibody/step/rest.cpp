@@ -18,6 +18,7 @@
 #include <cmath>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/start.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/policy.hpp"
 
@@ -103,19 +104,10 @@ double Rest::residual(Maps others) const {
   return quotient(std::sqrt(sum), std::sqrt(sum_at_zero));
 }
 
-void form_start(const Problem& problem, std::span<const double> x0, Solution& s) {
-  s.x.resize(problem.rows());
-  s.u.resize(problem.rows());
-  project(problem.K, x0, s.x);
-  product(problem.A, s.x, s.u);
-  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
-}
-
 // The islands at rest, in rest.rests; false if there is none. The velocities at the start may be as large as
 // the error of a start within the tolerance: the impulses of this step take them out. Those after them may
 // not, unless all rests, because the bodies lose what remains.
-static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const Problem& problem,
-                                 const std::vector<double>& x0, const BodyVelocities& predicted,
+static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
                                  Solution& start, Rest& rest) {
   const Model& model = step.model;
   const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
@@ -125,37 +117,39 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = step::policy.direct_start * tolerance;
+  const Problem& problem = posed.problem;
   const Islands& islands = problem.graph.islands;
   find_speeds(fall, model.bodies(), islands, rest);
   rest.rests.assign(rest.speed.size(), 1);
   rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
   if (!rest.slow) keep_slow(model.length(), o.start, tolerance, islands, rest);
   if (!rests_any(rest)) return false;
-  if (predicted.empty()) apply_impulses(problem, x0, rest.v = o.free);
-  const BodyVelocities& v = predicted.empty() ? rest.v : predicted;
+  if (posed.predicted.empty()) apply_impulses(problem, posed.x0, rest.v = o.free);
+  const BodyVelocities& v = posed.predicted.empty() ? rest.v : posed.predicted;
   rest.slow = rest.slow && std::all_of(v.begin(), v.end(), slow);
   if (!rest.slow) keep_slow(model.length(), v, rounding, islands, rest);
   if (!rests_any(rest)) return false;
-  form_start(problem, x0, start);
+  begin_at(problem, posed.x0, start);
   keep_solved(problem, step.options.law, tolerance, rounding, start, rest);
   return rests_any(rest);
 }
 
-void find_rest(const StepSetting& step, const Observed& o, const Problem& problem, bool again,
-               const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest) {
-  if (again && rest.any && !rest.moving.empty() && start.x.size() == problem.rows())
-    return go_on(problem, x0, rest);
+void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, Solution& start,
+               Rest& rest) {
+  const Problem& problem = posed.problem;
+  // Without new contacts the islands that rested beside an earlier solve of the step still do.
+  if (posed.again && rest.any && !rest.moving.empty() && start.x.size() == problem.rows())
+    return go_on(problem, posed.x0, rest);
   rest.any = false;
   rest.moving.clear();
-  if (x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, problem, x0, predicted, start, rest))
-    return;
+  if (posed.x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, posed, start, rest)) return;
   const std::vector<Index>& island = problem.graph.islands.of_block;
   for (std::size_t k = 0; k < island.size(); ++k)
     if (!rest.rests[island[k]]) rest.moving.push_back(k);
   rest.any = rest.moving.empty() || !step.options.own_method;
   if (!rest.any || rest.moving.empty()) return;
   extract(problem, rest.moving, rest.number, rest.part);
-  go_on(problem, x0, rest);
+  go_on(problem, posed.x0, rest);
 }
 
 // Driven bodies keep their velocities.

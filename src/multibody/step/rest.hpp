@@ -10,6 +10,14 @@
 
 namespace amontons {
 
+// A problem of the step and its start.
+struct PosedStart {
+  const Problem& problem;
+  const std::vector<double>& x0;
+  const BodyVelocities& predicted;  // the free velocities with x0; empty: not known
+  bool again;                       // x0 is the solution of an earlier solve of the step
+};
+
 // Islands at rest, and the problem of the others.
 struct Rest {
   bool any = false;
@@ -37,12 +45,8 @@ struct Rest {
 // Beside bodies that move, an island rests if its start is a solution to rounding: the balance of momentum
 // stays exact. If any rests, `start` becomes x0 with its u.
 //
-// `again`: x0 is the solution of an earlier solve of the step, beside which the islands of `rest` rested.
-// `predicted`: the free velocities with x0; empty: not known.
-void find_rest(const StepSetting& step, const Observed& observed, const Problem& problem, bool again,
-               const std::vector<double>& x0, const BodyVelocities& predicted, Solution& start, Rest& rest);
-// Projects the start x0 and forms its u.
-void form_start(const Problem& problem, std::span<const double> x0, Solution& s);
+void find_rest(const StepSetting& step, const Observed& observed, const PosedStart& posed, Solution& start,
+               Rest& rest);
 // Stops the bodies of islands at rest.
 void stop_resting(const Model& model, const Islands& islands, const Rest& rest, BodyVelocities& v);
 

@@ -94,6 +94,7 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
     o.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
   if (o.contacts.size() > known) {
     take_in(solved.solution.x, known, o, posed);
+    write_b(o, posed);
     solved.solution.x = posed.x0;
   }
   const std::vector<Index>& row = posed.problem->graph.first_row;

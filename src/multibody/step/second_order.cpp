@@ -248,39 +248,25 @@ static double fastest_point(const std::vector<Contact>& contacts, const BodyVelo
   return fastest;
 }
 
-// The turns for the velocities of a reach; zero for contacts without a contact in the middle of the step.
-static void find_turns(const Reach& reach, const std::vector<Contact>& contacts, ContactFinder& finder,
-                       std::vector<Vec3>& turns) {
-  turns.assign(contacts.size(), {});
-  for (const auto& [i, middle] : finder.find_middles(reach, contacts))
-    turns[i] = turn_of(contacts[i], middle, reach.v);
-}
-
-double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
-                     ContactTurns& turns, Problem& problem) {
+bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
+                const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
   // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
   // have left it. Turns at many times the present speeds come from such impulses.
-  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const double most = step::policy.fastest_turn * (fastest_point(contacts, free) + least);
-  find_turns(reach, contacts, finder, turns.found);
-  turns.added.resize(contacts.size());
+  static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
+  found.assign(contacts.size(), {});
+  for (const auto& [i, middle] : finder.find_middles(reach, contacts))
+    if (const Vec3 turn = turn_of(contacts[i], middle, reach.v); norm(turn) >= least && norm(turn) <= most)
+      found[i] = turn;
+  turns.resize(contacts.size());
   double change = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const double size = norm(turns.found[i]);
-    if (size < least || !(size <= most)) turns.found[i] = {};
-    const Vec3 d = turns.found[i] - turns.added[i];
+    const Vec3 d = found[i] - turns[i];
     change = std::max({change, std::abs(d.x), std::abs(d.y), std::abs(d.z)});
   }
-  if (!(change > least)) return 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Vec3 d = turns.found[i] - turns.added[i];
-    double* b = &problem.b[problem.graph.first_row[i]];
-    b[0] += d.x;
-    b[1] += d.y;
-    b[2] += d.z;
-  }
-  turns.added = turns.found;
-  return change;
+  if (!(change > least)) return false;
+  turns.swap(found);
+  return true;
 }
 
 }  // namespace amontons

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "amontons/multibody/joints/joints.hpp"
-#include "amontons/problem/problem.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
@@ -42,14 +41,10 @@ struct SmoothScratch {
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
 
-// Terms added to b of each contact because it turns, and scratch.
-struct ContactTurns {
-  std::vector<Vec3> added, found;
-};
-// Adds to b of the contacts that turn as bodies roll with velocities v, replacing what was added before.
-// Ignores changes below `least` (m/s) and changes far above the free velocities. Returns the largest change;
-// if it is below `least`, it is 0 and b is unchanged.
-double turn_contacts(const Reach& reach, const BodyVelocities& free, double least, ContactFinder& finder,
-                     ContactTurns& turns, Problem& problem);
+// The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Ignores
+// terms below `least` (m/s) and terms far above the free velocities. Replaces `turns` if one changes by more
+// than `least`; returns whether it does.
+bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
+                const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns);
 
 }  // namespace amontons

@@ -9,6 +9,13 @@
 
 namespace amontons {
 
+// The overlap (m) up to which a held step (options.held > 0) of length h closes at once. Limits and contacts
+// that rest then stay closed after the small changes whose differences are its derivative.
+inline double held_reach(const Model& model, const SimulationOptions& options, double h) {
+  if (options.held == 0) return 0;
+  return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
+}
+
 struct Forest;  // bodies that move in coordinates of their joints, trees/forest.hpp
 
 // Constant during a step of length h. The speeds and the margin are those of the options, with
@@ -25,17 +32,12 @@ struct StepSetting {
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
+  double held = 0;      // m: overlaps up to it are closed at once, by the step of a derivative
   // Impulses act from the middle of the last step to the middle of this one (s).
   double kick() const { return 0.5 * (last + h); }
-  // A held step closes overlaps up to this (m) at once, so that limits and contacts that rest stay closed
-  // after the small changes whose differences are its derivative.
-  double held_reach() const {
-    if (options.held == 0) return 0;
-    return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
-  }
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};
-    all.closing = held_reach() / h;
+    all.closing = held / h;
     return all;
   }
 };

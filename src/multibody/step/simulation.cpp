@@ -151,17 +151,17 @@ class StepGuard {
   std::atomic<bool>& flag_;
 };
 
-// Makes the step in `attempt.parts` parts. Stops at the first part that is not finite and restores the state.
-// False if a part created energy and another attempt may follow.
-bool Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
+// Makes the step in `attempt.parts` parts, until one does not move on. The outcome is the worst of them.
+Simulation::Outcome Simulation::try_step(const Attempt& attempt, StepClock& clock, Report& report) {
   report = {};
   report.substeps = attempt.parts;
   StepSums sums;
   clock.begin_attempt();
-  for (unsigned part = 0; part < attempt.parts && report.advanced; ++part)
-    if (!advance(options_.dt / attempt.parts, attempt, clock, sums, report)) return false;
-  if (!report.advanced) state_ = last_.before;
-  return true;
+  Outcome worst = Outcome::sound;
+  for (unsigned part = 0; part < attempt.parts && worst <= Outcome::missed; ++part)
+    worst = std::max(worst, advance(options_.dt / attempt.parts, attempt, clock, sums, report));
+  if (worst > Outcome::missed) state_ = last_.before;
+  return worst;
 }
 
 // Attempts at a step. A step that created energy is repeated from the state at its start, damped. A step that
@@ -177,12 +177,15 @@ void Simulation::make_step(Report& report) {
   last_.before = state_;
   begin_with_velocities(*model_, state_);
   const double before = state_.last_step;
+  bool advanced = true;
   try {
     const bool by_velocities = options_.recovery == Recovery::velocity;
     for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
       attempt.is_last = attempt.damped && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
-      const bool balanced = try_step(attempt, clock, report);
-      if (balanced && (report.is_sound() || Interrupt::requested() || clock.over_attempt())) break;
+      const Outcome outcome = try_step(attempt, clock, report);
+      const bool balanced = outcome != Outcome::unbalanced;
+      advanced = outcome <= Outcome::missed;
+      if (outcome == Outcome::sound || (balanced && (Interrupt::requested() || clock.over_attempt()))) break;
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
@@ -199,16 +202,17 @@ void Simulation::make_step(Report& report) {
   }
   if (Interrupt::requested()) {
     state_ = last_.before;
-    report.advanced = false;
+    advanced = false;
     report.status = Status::interrupted;
   }
+  report.advanced = advanced;
   // Not a sum of substeps: time = n dt without the rounding of n parts.
-  if (report.advanced) {
+  if (advanced) {
     ++state_.steps;
     state_.time = last_.before.time + options_.dt;
     last_.between = options_.dt + 0.5 * (before - state_.last_step);
   }
-  note_touching(report.advanced);
+  note_touching(advanced);
   report.time = state_.time;
   clock.lap(&Timings::integration);
   report.timings = clock.timings;

@@ -11,6 +11,7 @@
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
+#include "amontons/solvers/driver/start.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/step/policy.hpp"
 
@@ -37,9 +38,8 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, O
   const Time start = std::chrono::steady_clock::now();
   Solution s;
   // Rows and masses that a user's solver would read are not all of A beside trees. A held step reads none.
-  s.x = has_trees(problem) && solver.simulation.held == 0
-            ? solver.simulation.own_method(as_matrix(problem), options)
-            : solver.simulation.own_method(problem, options);
+  s.x = has_trees(problem) && !solver.trusts ? solver.simulation.own_method(as_matrix(problem), options)
+                                             : solver.simulation.own_method(problem, options);
   AMONTONS_REQUIRE(s.x.size() == problem.rows(),
                    "method " + solver.simulation.method + " returned " + std::to_string(s.x.size()) +
                        " impulses but the problem has " + std::to_string(problem.rows()) + " rows");
@@ -49,8 +49,8 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, O
     project(problem.K, s.x, s.x);
     measure(problem, law_of(problem, options), s);
   }
-  const bool accepted = solver.simulation.held > 0 || s.residual <= options.tolerance;
-  s.status = accepted ? Status::converged : Status::stalled;
+  const bool right = solver.trusts || s.residual <= options.tolerance;
+  s.status = right ? Status::converged : Status::stalled;
   s.iterations = s.products = 1;
   s.method = solver.simulation.method;
   s.time = seconds_since(start);
@@ -63,25 +63,6 @@ Solution solve_with(const StepSolver& solver, const Problem& problem, const Opti
   if (solver.simulation.own_method) return solve_by_own_method(solver, problem, options, budget);
   if (solver.is_auto()) return automatic(problem, options, budget, solver.elimination, std::move(memory));
   return solve(problem, solver.simulation.method, options, budget);
-}
-
-// Projects the start and forms its u; returns its residual.
-double evaluate_start(const Problem& problem, const Options& options, Solution& s) {
-  form_start(problem, options.x0, s);
-  return residual(problem, law_of(problem, options), s.x, s.u);
-}
-
-// The start as the solution, with its residual.
-Solution accepted(const Problem& problem, Solution memory, double residual) {
-  Solution s;
-  s.x = std::move(memory.x);
-  s.u = std::move(memory.u);
-  for (std::size_t i = 0; i < s.x.size(); ++i) s.objective += 0.5 * s.x[i] * (s.u[i] + problem.b[i]);
-  s.residual = residual;
-  s.status = Status::converged;
-  s.products = 1;
-  s.method = warm_start_method;
-  return s;
 }
 
 // With little of the budget left, a first-order method runs at once. Out of budget it makes a few iterations,
@@ -97,7 +78,7 @@ Solution solve_within_budget(const StepSolver& solver, const Problem& problem, s
   Budget unlimited;
   ++solver.sums.solves;
   const Method method = law_of(problem, options) == Law::coulomb && problem.K.contacts() > 0 ? apgd : spg;
-  Solution s = method(problem, options, spent ? unlimited : *solver.budget);
+  Solution s = method(problem, options, spent ? unlimited : solver.budget);
   if (spent && s.status != Status::converged) s.status = Status::deadline;
   solver.sums.add_cost(s);
   return s;
@@ -118,7 +99,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, Bu
 // already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Budget& budget,
                                 Solution s) {
-  if (s.status != Status::converged || solver.simulation.held > 0) return s;
+  if (s.status != Status::converged || solver.trusts) return s;
   Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);
@@ -141,24 +122,25 @@ Solution as_converged(Solution s, double tolerance) {
 // accept the start. Nearly within it: solve to rounding, or below the tolerance if the direct way does not
 // apply. A start is near if the velocities have three right digits: most faces are then those of the
 // solution, and Newton's method needs few steps from there.
-Solution solve_from(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                    Budget& budget, Solution memory) {
+Solution solve_from(const StepSolver& solver, const Problem& problem, StepStart start, Budget& budget,
+                    Solution memory) {
   Options options = solver.options();
-  if (x0.empty()) return solve_with(solver, problem, options, budget, std::move(memory));
-  options.x0 = x0;
-  const double tolerance = options.tolerance, start = evaluate_start(problem, options, memory);
-  if (!(start <= std::max(step::policy.three_digits, tolerance)))
+  if (start.x0.empty()) return solve_with(solver, problem, options, budget, std::move(memory));
+  options.x0 = start.x0;
+  measure_start(problem, options, memory);
+  const double tolerance = options.tolerance, error = memory.residual;
+  if (!(error <= std::max(step::policy.three_digits, tolerance)))
     return solve_with(solver, problem, options, budget, std::move(memory));
-  if (start <= step::policy.direct_start * tolerance) return accepted(problem, std::move(memory), start);
+  if (error <= step::policy.direct_start * tolerance) return accepted(std::move(memory), warm_start_method);
   if (solver.is_auto() && solve_directly(problem, options, budget, solver.elimination, memory)) {
     ++solver.sums.solves;
     return memory;
   }
-  if (start <= tolerance) {
-    evaluate_start(problem, options, memory);
-    return accepted(problem, std::move(memory), start);
+  if (error <= tolerance) {
+    measure_start(problem, options, memory);
+    return accepted(std::move(memory), warm_start_method);
   }
-  if (!solver.again) options.tolerance = 0.5 * tolerance;
+  if (!start.again) options.tolerance = 0.5 * tolerance;
   if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, budget, {}), tolerance);
   ++solver.sums.solves;
   return as_converged(solve_by_race(problem, options, budget), tolerance);
@@ -180,14 +162,13 @@ double most_work(std::size_t blocks) {
   return step::policy.work_per_block * static_cast<double>(std::max(blocks, step::policy.few_blocks));
 }
 
-Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                    Solution memory) {
+Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart start, Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (const double left = solver.budget->left(); left <= step::policy.least_searches * solver.clock.search)
-    return solve_within_budget(solver, problem, x0, left);
+  if (const double left = solver.budget.left(); left <= step::policy.least_searches * solver.clock.search)
+    return solve_within_budget(solver, problem, start.x0, left);
   // Later solves and the safe step keep some of the work.
-  Budget share = solver.budget->part_of_work(step::policy.share_of_part);
-  Solution s = solve_from(solver, problem, x0, share, std::move(memory));
+  Budget share = solver.budget.part_of_work(step::policy.share_of_part);
+  Solution s = solve_from(solver, problem, start, share, std::move(memory));
   solver.sums.add_cost(s);
   return solve_for_light_bodies(solver, problem, share, std::move(s));
 }
@@ -214,17 +195,19 @@ static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solut
 }
 
 // No search for errors of light bodies among those at rest: each of their velocities is known to be slow.
-Solution solve_beside(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                      const Rest& rest, Solution start, Solution& part) {
-  if (!rest.any) return solve_step(solver, problem, x0, std::move(start));
-  if (rest.all()) {
-    start = accepted(problem, std::move(start), rest.residual({}));
-    solver.sums.add_cost(start);
-    return start;
+void solve_beside(const StepSolver& solver, const StepProblem& posed, Solved& solved) {
+  const Rest& rest = solved.rest;
+  Solution& s = solved.solution;
+  if (!rest.any) {
+    s = solve_step(solver, *posed.problem, {posed.x0, posed.again}, std::move(s));
+  } else if (rest.all()) {
+    s.residual = rest.residual({});
+    s = accepted(std::move(s), warm_start_method);
+    solver.sums.add_cost(s);
+  } else {
+    solved.part = solve_step(solver, rest.part.problem, {rest.x0, posed.again}, std::move(solved.part));
+    merge(solver, rest, s, solved.part);
   }
-  part = solve_step(solver, rest.part.problem, rest.x0, std::move(part));
-  merge(solver, rest, start, part);
-  return start;
 }
 
 }  // namespace amontons

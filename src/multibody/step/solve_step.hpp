@@ -7,20 +7,20 @@
 #include "amontons/solvers/driver/options.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/light_body_error.hpp"
-#include "multibody/step/rest.hpp"
+#include "multibody/step/step_problem.hpp"
 #include "multibody/step/step_sums.hpp"
 
 namespace amontons {
 
-// The solver of one step: all its solves share method and options.
+// Method, options and budget that solves of one step share.
 struct StepSolver {
   const SimulationOptions& simulation;
   StepClock& clock;
-  Budget* budget;            // what this solve may spend
+  Budget& budget;
   Elimination& elimination;  // memory of `auto`, kept between steps
   StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
-  bool again = false;        // continues from another solve of the same step
+  bool trusts = false;       // the x of a user's method is the solution, whatever its residual
 
   bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
   // Without the start, which each solve sets.
@@ -30,13 +30,15 @@ struct StepSolver {
 // Work limit (Budget units) of a step with `blocks` contacts and joint rows.
 double most_work(std::size_t blocks);
 
-// Solves a VI of the step from x0, the impulses of the last step; empty: zero. `memory` is a solution whose
-// arrays are used again.
-Solution solve_step(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                    Solution memory = {});
-// The same without the islands at rest, whose start is their solution: find_rest() made `start`, of which
-// `part` keeps the memory of the solution of the others.
-Solution solve_beside(const StepSolver& solver, const Problem& problem, std::span<const double> x0,
-                      const Rest& rest, Solution start, Solution& part);
+// The start of a solve, the impulses of the last step; empty: zero.
+struct StepStart {
+  std::span<const double> x0;
+  bool again = false;  // or of an earlier solve of this step
+};
+// Solves a VI of the step. `memory` is a solution whose arrays are used again.
+Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart start, Solution memory = {});
+// The same without the islands at rest: find_rest() has put their start, which is their solution, into
+// solved.solution.
+void solve_beside(const StepSolver& solver, const StepProblem& posed, Solved& solved);
 
 }  // namespace amontons

@@ -37,7 +37,8 @@ bool all_finite(const BodyVelocities& velocities) {
 
 }  // namespace
 
-bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report) {
+Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
+                                        Report& report) {
   auto& [observed, posed, solved, elimination, position_elimination, impact_elimination] = *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
@@ -50,7 +51,8 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
                          .margin = margin(),
                          .recovery = attempt.recovers ? recovery_speed() : 0,
                          .displacing = recovery_speed(),
-                         .restitution = restitution_speed()};
+                         .restitution = restitution_speed(),
+                         .held = held_reach(model, options_, h)};
   Budget& budget = clock.budget;
   // 1. and 2.
   observe(step, clock, state_, observed);
@@ -63,43 +65,32 @@ bool Simulation::advance(double h, const Attempt& attempt, StepClock& clock, Ste
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
-  const StepSolver at_impact{.simulation = options_,
-                             .clock = clock,
-                             .budget = &before_impacts,
-                             .elimination = impact_elimination,
-                             .sums = sums,
-                             .fastest = speeds};
-  const bool bounced = resolve_impacts(step, at_impact, state_, observed);
+  const auto solver = [&](Budget& share, Elimination& memory) {
+    return StepSolver{options_, clock, share, memory, sums, speeds, step.held > 0};
+  };
+  const bool bounced = resolve_impacts(step, solver(before_impacts, impact_elimination), state_, observed);
   end_impacts(step, bounced, state_, observed);
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   clock.lap(&Timings::assembly);
   Budget before_look = budget.part_of_time(step::policy.share_of_part);
-  StepSolver solver{.simulation = options_,
-                    .clock = clock,
-                    .budget = &before_look,
-                    .elimination = elimination,
-                    .sums = sums,
-                    .fastest = speeds};
-  solve(step, solver, observed, posed, solved);
-  solver.budget = &budget;
-  look_ahead(step, solver, observed, posed, solved);
+  solve(step, solver(before_look, elimination), observed, posed, solved);
+  look_ahead(step, solver(budget, elimination), observed, posed, solved);
   // 6. and 7.
   solved.path = StepPath::accurate;
   solved.balance = balance_of(step, observed, posed, solved);
-  if (!solved.balance.holds() && !attempt.is_last && !clock.over_attempt()) return false;
+  if (!solved.balance.holds() && !attempt.is_last && !clock.over_attempt()) return Outcome::unbalanced;
   if (solved.solution.status != Status::converged || !solved.balance.holds())
     make_safe(step, clock, elimination, observed, posed, solved);
   add_part(errors, posed, solved, options_.tolerance, sums, report);
   const double joint_error = std::max(errors.joint.distance, model.length() * errors.joint.angle);
   report.joints_close = joint_error < last_.joint_error;
-  report.advanced = all_finite(solved.after);
-  if (!report.advanced) return true;
+  if (!all_finite(solved.after)) return Outcome::not_finite;
   // 8.
   move_on(step, posed, solved, observed, state_);
   keep_results(joint_error);
   clock.lap(&Timings::integration);
-  return true;
+  return sums.status == Status::converged && solved.balance.holds() ? Outcome::sound : Outcome::missed;
 }
 
 }  // namespace amontons

@@ -16,10 +16,10 @@ struct StepProblem {
   JointRows rows;
   Assembly assembly{};
   std::vector<double> x0;  // start of the next solve; empty: zero
+  bool again = false;      // x0 is the solution of an earlier solve of the step
   std::shared_ptr<Problem> problem;
-  ContactTurns turns;        // contained in b
+  std::vector<Vec3> turns;   // per contact, contained in b; empty: no contact turns
   BodyVelocities predicted;  // the free velocities with the impulses x0; empty: nobody has asked yet
-  BodyVelocities change;     // scratch
   SmoothScratch smooth;
   std::vector<unsigned char> carried;  // per contact: it had an impulse in the last step
 };

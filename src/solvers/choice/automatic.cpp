@@ -23,6 +23,7 @@
 #include "amontons/solvers/direct/elimination.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
+#include "amontons/solvers/driver/start.hpp"
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
@@ -164,13 +165,9 @@ Solution solve_on_device(const Problem& problem, const Options& options, Budget&
 // A start that meets the tolerance is the solution, as for every method.
 bool accepts_start(const Problem& problem, const Options& options, Solution& s) {
   if (options.x0.empty() || options.history || options.callback) return false;
-  s.x.assign(options.x0.begin(), options.x0.end());
-  project(problem.K, s.x, s.x);
-  measure(problem, law_of(problem, options), s);
+  measure_start(problem, options, s);
   if (!(s.residual <= options.tolerance)) return false;
-  s.products = 1;
-  s.status = Status::converged;
-  s.method = "elimination";
+  s = accepted(std::move(s), "elimination");
   s.phases = {{s.method, "the start is a solution", 0, s.residual}};
   s.reason = describe(s.phases);
   return true;

@@ -125,15 +125,18 @@ class Simulation {
     unsigned parts;
     bool damped, recovers, is_last;
   };
+  // The end of an attempt or of a part of it. sound: within all tolerances; missed: not so, but the step
+  // moved on. The last two leave the state as it was: velocities are not finite, or the part created energy
+  // and another attempt follows.
+  enum class Outcome : unsigned char { sound, missed, not_finite, unbalanced };
   void make_step(Report& report);
   // The same for a step that would change nothing but the time, as the last one did; false if it could.
   bool repeat_step(Report& report);
   void note_whether_changed(const Report& report);
   void finish_report(Report& report);
-  bool try_step(const Attempt& attempt, StepClock& clock, Report& report);
-  // The stages of a part of length h (s), step/step.cpp. False, with only scratch changed, if the part
-  // created energy and another attempt follows.
-  bool advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report);
+  Outcome try_step(const Attempt& attempt, StepClock& clock, Report& report);
+  // The stages of a part of length h (s), step/step.cpp.
+  Outcome advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report);
   void keep_results(double joint_error);
   void note_touching(bool advanced);
 

@@ -1,0 +1,33 @@
+#include "amontons/solvers/driver/start.hpp"
+
+#include <utility>
+
+#include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
+
+namespace amontons {
+
+void begin_at(const Problem& problem, std::span<const double> x0, Solution& s) {
+  s.x.resize(problem.rows());
+  project(problem.K, x0, s.x);
+  form_velocities(problem, s);
+}
+
+void measure_start(const Problem& problem, const Options& options, Solution& s) {
+  begin_at(problem, options.x0, s);
+  s.residual = residual(problem, law_of(problem, options), s.x, s.u);
+}
+
+Solution accepted(Solution start, const char* method) {
+  Solution s;
+  s.x = std::move(start.x);
+  s.u = std::move(start.u);
+  s.objective = start.objective;
+  s.residual = start.residual;
+  s.status = Status::converged;
+  s.products = 1;
+  s.method = method;
+  return s;
+}
+
+}  // namespace amontons
