@@ -4,8 +4,8 @@
                                    [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
 
 Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
-corners, on a height field and beside a pile, which the script builds. Controls are random and constant, within a quarter of
-their range.
+corners, on a height field and beside a pile, which the script builds. Controls are random and constant,
+within a quarter of their range.
 
 A row per model and stage: thousands of instructions per step. A stage is the sum of functions (STAGES), each
 with all that it calls; "step" is the whole. --functions lists all functions of the library with at least 1 %
@@ -88,7 +88,9 @@ def beside_a_pile(trees: Literal["auto", "none"], high: int = 3) -> amontons.Mod
     rng = np.random.default_rng(high)
     for x, y, z in np.ndindex(high, high, high):
         corner = np.array((2 + 0.21 * x, 0.21 * y, 0.11 + 0.21 * z)) + 0.02 * rng.random(3)
-        builder.add_body(shape=Box((0.1, 0.1, 0.1)), density=500.0, position=tuple(corner), linear_velocity=(2, 0, 0))
+        builder.add_body(
+            shape=Box((0.1, 0.1, 0.1)), density=500.0, position=tuple(corner), linear_velocity=(2, 0, 0)
+        )
     return builder.build()
 
 

@@ -55,13 +55,31 @@ class Extraction {
   }
 
  private:
-  // The trees of the part, by the coordinates on the ways from its bodies to the roots. Rows of L there have
-  // entries on the same ways only, and impulses of the part give the others none. So A keeps its bits. A part
-  // without a body of a tree has free bodies alone.
+  // The trees of the part: of M = L'DL only the coordinates between its bodies and the roots. With P for the
+  // columns of these coordinates, J' of the part is P J_p', because a body moves with them alone. A row of L
+  // has entries at the coordinate and its ancestors, so that these rows are zero elsewhere: L_p = P'L P is
+  // triangular too, and L^-T P = P L_p^-T. Hence
+  //
+  //   J M^-1 J' = J_p P' L^-1 D^-1 L^-T P J_p' = J_p (L_p' D_p L_p)^-1 J_p',
+  //
+  // without a new factorisation. L_p is that of the whole entry by entry, since the entries of a row keep
+  // their order and runs of coordinates stay whole. The bits of rows of D M^-1/2 stay, too.
+  //
+  // A part without a body of a tree has free bodies alone, and all factorisations serve it.
   void take_trees(const Linkage& whole) {
-    const auto in_trees = [&](Index body) { return whole.place_of(body) >= 0; };
-    if (std::none_of(part_.bodies.begin(), part_.bodies.end(), in_trees)) return;
     static thread_local std::vector<Index> number, reached;
+    find_coordinates(whole, number, reached);
+    const auto in_trees = [&](Index body) { return whole.place_of(body) >= 0; };
+    if (std::any_of(part_.bodies.begin(), part_.bodies.end(), in_trees)) {
+      copy_trees(whole, number, reached);
+      take_half_rows(number);
+    }
+    for (const Index k : reached) number[k] = -1;
+  }
+
+  // Numbers the coordinates between bodies of the part and the roots in their order: parents keep smaller
+  // numbers. `number` is -1 elsewhere.
+  void find_coordinates(const Linkage& whole, std::vector<Index>& number, std::vector<Index>& reached) const {
     number.resize(std::max(number.size(), whole.coordinates()), -1);
     reached.clear();
     const auto reach = [&](Index k) {
@@ -71,9 +89,12 @@ class Extraction {
       }
     };
     for (const Index body : part_.bodies)
-      if (in_trees(body)) reach(whole.last[whole.place[body]]);
+      if (const Index place = whole.place_of(body); place >= 0) reach(whole.last[place]);
     std::sort(reached.begin(), reached.end());
     for (std::size_t i = 0; i < reached.size(); ++i) number[reached[i]] = static_cast<Index>(i);
+  }
+
+  void copy_trees(const Linkage& whole, const std::vector<Index>& number, const std::vector<Index>& reached) {
     const auto local_coordinate = [&](Index k) { return k < 0 ? k : number[k]; };
     Linkage& trees = own_linkage();
     for (const Index k : reached) {
@@ -96,8 +117,7 @@ class Extraction {
     }
     part_.trees->body = trees.body;
     sub_->constrained = part_.trees;
-    take_half_rows(number, trees.body.size() == part_.bodies.size());
-    for (const Index k : reached) number[k] = -1;
+    sub_->half.whole = trees.body.size() == part_.bodies.size();
   }
 
   // Empty, with the memory of the part before, unless a problem still shares that.
@@ -121,10 +141,9 @@ class Extraction {
   }
 
   // Rows of D M^-1/2 depend on nothing but the row and its tree: they are copied and not made again.
-  void take_half_rows(const std::vector<Index>& number, bool whole) {
+  void take_half_rows(const std::vector<Index>& number) {
     HalfRows& half = sub_->half;
     half.first.assign(1, 0);
-    half.whole = whole;
     for (const std::size_t row : part_.rows) {
       for (std::size_t i = A_.half.first[row]; i < A_.half.first[row + 1]; ++i) {
         half.coordinate.push_back(number[A_.half.coordinate[i]]);

@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-// Some islands as a problem of their own, with bodies numbered in the order of their appearance. Of the trees
-// of the whole it has those on whose bodies its blocks act, with coordinates in their order.
+// Some islands as a problem of their own, with bodies numbered in the order of their appearance. The part
+// has the trees on whose bodies its blocks act, with coordinates in their order.
 struct IslandPart {
   Problem problem;
   // Row and body of the whole problem for every row and body of the part: x_part[k] = x[rows[k]].
