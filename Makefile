@@ -33,7 +33,7 @@ SOAK_SEED ?= 1
 .PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays playground notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
-	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room;  make quick ROOM=joint  by file name'
+	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room, ROOM=core  of the engine;  make quick ROOM=joint  by file name'
 	@echo 'make docs      the documentation site, in build/site'
 	@echo 'make replays   all robots and scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make playground the engine in a page of the browser, in out/playground, which make docs takes into the site'
@@ -65,15 +65,18 @@ demo: package
 	$(say) 'Go on with'
 	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
-# All tests but those of the repository itself; ROOM=io those of one room, a folder of tests or of tests/python.
+# All tests but those of the repository itself; ROOM=io those of one room, a folder of tests or of tests/python;
+# ROOM=core those of the engine, in which no extra can be imported.
 ROOM ?=
-test: room $(if $(filter-out cpp,$(or $(ROOM),all)),install browser pocl) $(if $(filter-out cpp,$(ROOM)),,cpp_tests)
+CORE := model problem simulation physics
+test: room $(if $(filter-out cpp core,$(or $(ROOM),all)),install browser pocl,install) $(if $(filter-out cpp core,$(ROOM)),,cpp_tests)
 ifneq ($(ROOM),cpp)
 	$(say) 'Python tests'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(wildcard $(foreach room,$(ROOM),tests/$(room) tests/python/$(room)))
+	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(if $(filter core,$(ROOM)),--core) \
+	  $(wildcard $(foreach room,$(ROOM:core=$(CORE)),tests/$(room) tests/python/$(room)))
 endif
 
-ROOMS := $(filter-out README.md conftest.py python support,$(notdir $(wildcard tests/*)) $(notdir $(wildcard tests/python/*)))
+ROOMS := core $(filter-out README.md conftest.py python support,$(notdir $(wildcard tests/*)) $(notdir $(wildcard tests/python/*)))
 room:
 	@for room in $(ROOM); do case ' $(ROOMS) ' in *" $$room "*) ;; *) \
 	  echo "amontons: no room of tests is named $$room; take one of: $(sort $(ROOMS))" >&2; exit 2;; esac; done

@@ -1,14 +1,15 @@
 """Every model file of a folder beside MuJoCo: does it load, run, and move alike?
 
     python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--check]
-                                [--trees none|auto|both]
+                                [--trees none|auto|both] [--fall]
 
 Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
 in a process of its own with a limit of wall clock, prints a table, and writes robots.csv, a row per model;
 of the data folder's own, without options, also robots_2ms.csv, the same with a step of 2 ms.
 With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
-row per model in robots_forms.csv. docs/benchmarks.md tells what the columns mean. Speeds are comparable with
---jobs 1 only.
+row per model in robots_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the
+work of their steps is counted: robots_fall.csv. docs/benchmarks.md tells what the columns mean. Speeds are
+comparable with --jobs 1 only.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from typing import Any
 from common import SAMPLE, arguments, progress, with_folders, write_csv
 from rich.console import Console
 from rich.table import Table
+from robot import falls
 
 HERE = Path(__file__).resolve().parent
 WORKERS = {False: ("-m", "robot.run"), True: ("-m", "robot.forms")}
@@ -296,6 +298,40 @@ def forms_sums(rows: list[Row]) -> Iterator[str]:
     yield f"more steps missed than with rows: {len(lost)}" + (f" ({', '.join(lost)})" if lost else "")
 
 
+FALLS: tuple[tuple[str, Cell], ...] = (
+    ("case", lambda row: row["case"]),
+    ("control", lambda row: row["control"]),
+    ("contacts", beside("contacts", "mujoco_contacts", 3)),
+    ("most", number("most_contacts", 3)),
+    ("factorisations", number("factorizations", 2, above=falls.FEW)),
+    ("9 of 10", number("factorizations_90", 3)),
+    ("mean, most", beside("factorizations_mean", "most_factorizations", 3)),
+    ("products", beside("products_mean", "most_products", 4)),
+    ("missed", number("missed", above=0)),
+    ("stalled", number("stalled", above=0)),
+    ("raced", number("raced", above=0)),
+    ("us", number("step", 3, 1e6)),
+    ("of solve", number("solve_share", 2)),
+    ("MuJoCo us", number("mujoco_step", 3, 1e6)),
+    ("ratio", number("ratio", 2)),
+    ("of the run", number("ratio_of_run", 2)),
+)  # fmt: skip
+
+
+def fall(options: Any) -> int:
+    """A row per robot and control, written as they come."""
+    found: list[Row] = []
+    with progress() as bar:
+        task = bar.add_task("falls", total=None, item="")
+        for row in falls.rows(options.folder, options.duration, options.limit, options.only):
+            bar.update(task, item=f"{row['case']}, {row['control']}", advance=1)
+            found.append(row)
+            write_csv(options.out / "robots_fall.csv", [{k: r[k] for k in falls.COLUMNS} for r in found])
+    show(found, FALLS, falls.sums)
+    print(f"written to {options.out / 'robots_fall.csv'}")
+    return 0
+
+
 def run_all(options: Any, file: Path) -> list[Row]:
     """A row per model, written as they come."""
     paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
@@ -321,6 +357,7 @@ def main() -> int:
     parser.add_argument("--duration", type=float, help="simulated time of a run (default: 2 s)")
     parser.add_argument("--dt", type=float, help="time step (default: that of Simulation)")
     parser.add_argument("--trees", choices=("none", "auto", "both"), default="auto", help="form of joints")
+    parser.add_argument("--fall", action="store_true", help="count the work of robots on the floor")
     parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
     parser.add_argument("--jobs", type=int, default=1, help="models at a time")
     parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
@@ -338,6 +375,8 @@ def main() -> int:
     if not options.folder.is_dir():
         print(f"robots: skipped, there is no folder {options.folder}; name one with models")
         return 0 if ours else 1
+    if options.fall:
+        return fall(options)
     if forms:
         run_all(options, options.out / "robots_forms.csv")
         return 0

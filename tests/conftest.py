@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from core_room import pytest_addoption, pytest_configure, pytest_ignore_collect  # noqa: F401
 from hypothesis import HealthCheck, settings
 from skipped import pytest_sessionfinish, pytest_terminal_summary  # noqa: F401
 

@@ -3,19 +3,20 @@
 C++ (include/amontons, src): see layers_cpp.py. bindings may use everything but libraries for sources.
 Python: a module may import its own package and those before it in PACKAGES, and modules import each other
 without a cycle, wherever in the file an import stands: inside functions and below `if TYPE_CHECKING:` too.
-amontons/__init__.py is the door and may import all up to DOOR. The scripts of FOLDERS have no layers, but
-they import each other without a cycle too.
+amontons/__init__.py is the door and may import all up to DOOR. For extras see layers_extras.py too.
+The scripts of FOLDERS have no layers, but they import each other without a cycle too.
 """
 
 import ast
 import itertools
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from cycles import Graph, find_cycles
 from layers_cpp import check_cpp
+from layers_extras import CORE_USERS, DOORS, ENGINE, OFFERED, extra_faults
 
 # Python packages from the bottom up; those in one bracket do not know each other. Modules beside them are
 # below all, but for those that only give a package another name.
@@ -113,20 +114,29 @@ def cycle_faults(found: list[Import]) -> Iterator[str]:
         yield f"import cycle {' -> '.join(cycle)}: {steps}; move what both need into a third module"
 
 
-def check_python(root: Path) -> Iterator[str]:
+def check_python(
+    root: Path, offered: Mapping[str, Collection[str]], core_users: Collection[str]
+) -> Iterator[str]:
     # The compiled module imports nothing of the package.
     found = list(imports_below(root, "python", compiled=frozenset(["amontons._core"])))
     order = " < ".join(", ".join(packages) for packages in PACKAGES)
     for one in found:
         if not may_import(one.importer, one.name):
             yield f"{one.where}: {one.importer} may not import {one.name} (packages: {order})"
+    modules = {one.importer for one in found} - {*DOORS}
+    extras = {module for module in modules if package_of(module) not in ("", *ENGINE)}
+    yield from extra_faults(found, extras, offered, core_users)
     yield from cycle_faults(found)
     for folder in FOLDERS:
         yield from cycle_faults(list(imports_below(root, folder)))
 
 
-def violations(root: Path) -> list[str]:
-    return [*check_cpp(root), *check_python(root)]
+def violations(
+    root: Path,
+    offered: Mapping[str, Collection[str]] = OFFERED,
+    core_users: Collection[str] = CORE_USERS.keys(),
+) -> list[str]:
+    return [*check_cpp(root), *check_python(root, offered, core_users)]
 
 
 if __name__ == "__main__":

@@ -112,7 +112,7 @@ def same(found: list[str], captions: dict[str, str], what: str) -> None:
 def step(root: Path) -> str:
     room = root / "src/multibody/step"
     source = room / "step.cpp"
-    order = calls(body(source, r"bool Simulation::advance\("))
+    order = calls(body(source, r"Simulation::Outcome Simulation::advance\("))
     known = declared(room.glob("*.hpp")) | members(source, "Simulation")
     order = described(order, STEP, known, STEP_PASSED)
     numbers = {name: constant(room / "policy.hpp", name) for name in STEP_NUMBERS}

@@ -7,6 +7,7 @@
 - src/R/X.cpp and src/R/X.isa.cpp belong to include/amontons/R/X.hpp or src/R/X.hpp. Together they are the
   component R/X, and components include each other without a cycle.
 - Eigen and nlohmann/json appear below src only, so that they never reach a consumer.
+- What is no engine (OUTSIDE) includes public headers and its own files only.
 - include/amontons.hpp lies above all layers: it includes what programs of users need.
 """
 
@@ -52,6 +53,8 @@ LAYERS: dict[str, list[str]] = {
 WITHOUT_HEADER: dict[str, str] = {
     "src/multibody/step/step.cpp": "the members of Simulation that make one step",
 }
+# Folders beside the library, which use what is installed.
+OUTSIDE = ("bindings", "fmu", "playground")
 PRIVATE_LIBRARIES = ("Eigen/", "nlohmann/")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
@@ -170,6 +173,15 @@ def private_library_faults(root: Path) -> Iterator[str]:
                     yield f"{path.relative_to(root)}: includes <{name}>, which is for sources below src only"
 
 
+def outside_faults(root: Path) -> Iterator[str]:
+    for folder in OUTSIDE:
+        for path in sorted((root / folder).rglob("*.[hc]pp")):
+            for bracket, name in INCLUDE.findall(path.read_text()):
+                own = bracket == '"' and (path.parent / name).is_file()
+                if not own and not (root / "include" / name).is_file() and (root / "src" / name).is_file():
+                    yield f"{path.relative_to(root)}: {name} is not installed; include what is below include"
+
+
 def check_cpp(root: Path, without_header: Mapping[str, str] = WITHOUT_HEADER) -> Iterator[str]:
     files = []
     for path in sorted(p for top in ("include/amontons", "src") for p in (root / top).rglob("*.[hc]pp")):
@@ -195,3 +207,4 @@ def check_cpp(root: Path, without_header: Mapping[str, str] = WITHOUT_HEADER) ->
         yield from pair_faults(files, without_header)
     yield from cycle_faults(includes)
     yield from private_library_faults(root)
+    yield from outside_faults(root)

@@ -41,7 +41,8 @@ def of_package(root: Path) -> list[int]:
 
 def rows(root: Path) -> dict[str, str]:
     step = sources(root, "multibody/step")
-    stages = set(calls(body(root / "src/multibody/step/step.cpp", r"bool Simulation::advance\(")))
+    advance = body(root / "src/multibody/step/step.cpp", r"Simulation::Outcome Simulation::advance\(")
+    stages = set(calls(advance))
     stages &= declared([path for path in step if path.suffix == ".hpp"])
     tests = " ".join(map(code, (root / "tests" / "cpp").glob("*.cpp")))
     tested = {name for name in stages if re.search(rf"\b{name}\(", tests)}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 import warnings
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +81,8 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
         }
     for name, theirs, ours in references(quick):
         yield {"assembly": name, "theirs": theirs, "verdict": ours}
+    for what, seconds in times_of_a_wall(quick):
+        yield {"assembly": what, "theirs": "", "verdict": seconds}
 
 
 def references(quick: bool) -> Iterator[tuple[str, float, float]]:
@@ -91,6 +95,32 @@ def references(quick: bool) -> Iterator[tuple[str, float, float]]:
     oppenheim = ring(7, math.radians(157.5) / 2, 10.0, 1.5)
     factor = stability(oppenheim, loads=[horizontal(1)]).factors[0]
     yield "arch of 157.5 degrees, 7 stones, thickness 0.15 radii: horizontal (g)", OPPENHEIM, factor.lower
+
+
+def times_of_a_wall(quick: bool) -> Iterator[tuple[str, float]]:
+    """Seconds of the verdict, and of the verdict with a factor, of a wall of a thousand bricks."""
+    blocks = wall(4, 5) if quick else wall(40, 25)
+    for loads, asked in (((), "verdict"), ((horizontal(1),), "verdict and horizontal factor")):
+        start = time.perf_counter()
+        found = stability(blocks, loads=loads)
+        seconds = time.perf_counter() - start
+        yield (
+            f"wall, {len(blocks.blocks) - 1} bricks, {len(found.statics.joints)} joints: {asked} (s)",
+            seconds,
+        )
+
+
+def wall(long: int, high: int) -> Assembly:
+    """Bricks of 0.4 m x 0.2 m x 0.2 m in running bond on a ground."""
+    cube = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    blocks = [Block("ground", (-1, -1, -1) + cube * (0.4 * long + 2, 3, 1), FACES, fixed=True)]
+    for row in range(high):
+        cuts = [0.4 * k for k in range(long + 1)]
+        if row % 2:
+            cuts = [0.0, *(0.4 * k - 0.2 for k in range(1, long + 1)), 0.4 * long]
+        for k, (a, b) in enumerate(pairwise(cuts)):
+            blocks.append(Block(f"{row}.{k}", (a, 0, 0.2 * row) + cube * (b - a, 0.2, 0.2), FACES))
+    return Assembly(tuple(blocks))
 
 
 def _word(stands: bool | None) -> str:

@@ -1,6 +1,8 @@
 """Types of what functions and properties return, for annotations: nobody has to make one."""
 
-from .io import Lost as Lost
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+from .lazy import later as _later
 from .model.presets import Unread as Unread
 from .simulation.derivative import Derivative as Derivative
 from .simulation.derivative import Pullback as Pullback
@@ -17,7 +19,12 @@ from .simulation.linearise import Linearisation as Linearisation
 from .simulation.loads import Loads as Loads
 from .simulation.rollout import Rollout as Rollout
 from .simulation.tape import Gradient as Gradient
-from .studies.identify import Fit as Fit
+
+if _TYPE_CHECKING:
+    from .io import Lost as Lost
+    from .studies.identify import Fit as Fit
+else:
+    __getattr__ = _later(__name__, {"Fit": "studies.identify", "Lost": "io"})
 
 __all__ = [
     "ContactEvents",

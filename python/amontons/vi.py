@@ -5,9 +5,11 @@ problem = vi.read_problem("wall.hdf5")
 solution = problem.solve(tolerance=1e-8)
 """
 
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 from ._core import IterationRecord as IterationRecord
 from .errors import SymmetrisedWarning as SymmetrisedWarning
-from .io import read_problem as read_problem
+from .lazy import later as _later
 from .problem.cones import Bilateral as Bilateral
 from .problem.cones import EllipticFriction as EllipticFriction
 from .problem.cones import Friction as Friction
@@ -26,6 +28,11 @@ from .problem.problem import solve as solve
 from .problem.problem import violations as violations
 from .problem.solution import Solution as Solution
 from .simulation.own_method import SolveOptions as SolveOptions
+
+if _TYPE_CHECKING:
+    from .io import read_problem as read_problem
+else:
+    __getattr__ = _later(__name__, {"read_problem": "io"})
 
 __all__ = [
     "Bilateral",

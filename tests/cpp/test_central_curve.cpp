@@ -6,6 +6,7 @@
 #include "check.hpp"
 #include "problems.hpp"
 #include "solvers/central_path/central_curve.hpp"
+#include "solvers/direct/island_solver.hpp"
 #include "solvers/direct/island_system.hpp"
 
 using namespace amontons;
@@ -111,6 +112,49 @@ TEST(the_path_gets_away_from_narrow_intervals) {
       ended += ends(island_of(seed, 6, 12, mu, 1e-7), Law::coulomb);
     CHECK(ended >= 185);
   }
+}
+
+// Steps of the curve to a natural map of 1e-5 of that at zero; from a start near `x`, if it is given.
+static int steps_to_the_end(const Reduction::Island& island, std::vector<double> x, double t) {
+  const bool near = !x.empty();
+  std::vector<double> u = island.q;
+  const std::size_t m = u.size();
+  const double target = 1e-5 * natural_map(island, Law::associated, std::vector<double>(m, 0.0));
+  IslandSystem system;
+  system.start(island, island.P);
+  CentralCurve<IslandSystem> curve;
+  if (near) {
+    for (std::size_t i = 0; i < m; ++i)
+      for (std::size_t j = 0; j < m; ++j) u[i] += island.W[m * i + j] * x[j];
+    system.units().from_impulses(x);
+    system.units().from_velocities(u);
+    CHECK(curve.start_near(system, island.K, Law::associated, x, u, t));
+  } else {
+    curve.start(system, island.K, Law::associated);
+    x.resize(m);
+  }
+  for (int step = 1; step < 100; ++step) {
+    if (!curve.step()) return 100;
+    curve.x(x);
+    system.units().to_impulses(x);
+    if (natural_map(island, Law::associated, x) <= target) return step;
+  }
+  return 100;
+}
+
+// From the solution of a problem that is nearly the same, the curve has less than half of its length. Fails
+// if the point of a barrier is not on the curve, or if t does not start where the point is.
+TEST(the_path_is_shorter_from_a_point_near_the_solution) {
+  int shorter = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    Reduction::Island island = island_of(seed, 8, 12, 0.7);
+    std::vector<double> x;
+    IslandSolver().solve(island, Law::associated, {1e-9, 1e-9, 0}, small::no_limit, x);
+    small::Random random(seed);
+    for (double& q : island.q) q *= 1 + 1e-3 * random.uniform(-1, 1);
+    shorter += 2 * steps_to_the_end(island, x, 1e-3) < steps_to_the_end(island, {}, 1);
+  }
+  CHECK(shorter >= 24);
 }
 
 // The same for many rows.

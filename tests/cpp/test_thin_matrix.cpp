@@ -4,7 +4,10 @@
 
 #include "check.hpp"
 #include "problems.hpp"
+#include "solvers/central_path/central_curve.hpp"
+#include "solvers/direct/block_sweeps.hpp"
 #include "solvers/direct/island_solver.hpp"
+#include "solvers/direct/island_system.hpp"
 #include "solvers/direct/reduction.hpp"
 
 using namespace amontons;
@@ -91,4 +94,51 @@ TEST(newton_by_rates_solves_the_same_inequality) {
         const std::vector<double> u = velocities(full, a), reference = velocities(full, b);
         for (std::size_t i = 0; i < u.size(); ++i) CHECK(std::abs(u[i] - reference[i]) < 1e-7);
       }
+}
+
+// A wrong C, D or sign, or a unit that Y lacks, would show in the first step.
+TEST(the_curve_by_rates_is_that_by_rows) {
+  for (const Law law : {Law::associated, Law::coulomb})
+    for (const bool held : {false, true}) {
+      const Reduction::Island thin = island_on(7, 5, held), full = dense(thin);
+      IslandSystem by_rates, by_rows;
+      CentralCurve<IslandSystem> a, b;
+      const std::vector<double> mobility(thin.K.blocks(), 2.0);
+      by_rates.start(thin, mobility);
+      by_rows.start(full, mobility);
+      a.start(by_rates, thin.K, law);
+      b.start(by_rows, full.K, law);
+      std::vector<double> x(thin.rows()), y(thin.rows());
+      for (int step = 0; step < 6; ++step) {
+        CHECK(a.step() && b.step());
+        a.x(x);
+        b.x(y);
+        for (std::size_t i = 0; i < x.size(); ++i) CHECK(std::abs(x[i] - y[i]) < 1e-7 * (1 + std::abs(y[i])));
+        CHECK(std::abs(a.t() - b.t()) < 1e-7 * b.t());
+      }
+    }
+}
+
+// Under the associated law a sweep lowers 1/2 x'W x + q'x, by rates as by rows. A wrong diagonal block would
+// raise it, a velocity that is not renewed would part the two.
+TEST(sweeps_descend_and_are_the_same_in_factors) {
+  for (const bool held : {false, true}) {
+    const Reduction::Island thin = island_on(7, 5, held), full = dense(thin);
+    const std::vector<double> p(thin.K.blocks(), 1e-3);
+    BlockSweeps a, b;
+    a.start(thin, Law::associated, p);
+    b.start(full, Law::associated, p);
+    std::vector<double> x(thin.rows()), y(thin.rows());
+    double last = 0;
+    for (int sweep = 0; sweep < 10; ++sweep) {
+      a.sweep(x);
+      b.sweep(y);
+      for (std::size_t i = 0; i < x.size(); ++i) CHECK(std::abs(x[i] - y[i]) < 1e-10);
+      const std::vector<double> u = velocities(full, y);
+      double energy = 0;
+      for (std::size_t i = 0; i < y.size(); ++i) energy += 0.5 * y[i] * (u[i] + full.q[i]);
+      CHECK(energy < last);
+      last = energy;
+    }
+  }
 }

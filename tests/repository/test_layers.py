@@ -17,7 +17,8 @@ def tree(folder, files):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return check_layers.violations(folder)
+    offered = {"problem.problem": ["write_file"]}
+    return check_layers.violations(folder, offered=offered, core_users=["amontons.io"])
 
 
 PYTHON = {
@@ -32,7 +33,9 @@ PYTHON = {
         "class Problem:\n    def solve(self):\n        from ..errors import InputError\n"
     ),
     "python/amontons/simulation/__init__.py": "from ..model import shapes\nfrom ..problem import problem\n",
-    "python/amontons/io/__init__.py": "from ..problem.problem import Problem\n",
+    "python/amontons/io/__init__.py": (
+        "from .. import _core\nfrom ..problem.problem import Problem, write_file\n"
+    ),
     "python/amontons/report.py": "from .io import read\n",
     "python/amontons/cli.py": "from amontons import Problem\nfrom .report import plot\n",
 }
@@ -62,6 +65,17 @@ def test_allowed_tree_passes(tmp_path):
         ("python/amontons/errors.py", "from .model import x\n", "errors may not import amontons.model.x"),
         ("python/amontons/io/x.py", "from .. import report\n", "io.x may not import amontons.report"),
         ("python/amontons/__init__.py", "from . import cli\n", "amontons may not import amontons.cli"),
+        (
+            "python/amontons/io/x.py",
+            "from ..problem.problem import y\n",
+            "problem.y, which is no public",
+        ),
+        ("python/amontons/io/x.py", "from .. import _core\n", "io.x may not use _core"),
+        (
+            "python/amontons/io/__init__.py",
+            "from .. import _core\n",
+            "problem.write_file has no use for its entry",
+        ),
         (
             "python/amontons/problem/x.py",
             "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from ..report import plot\n",

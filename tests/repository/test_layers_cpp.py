@@ -85,6 +85,12 @@ def test_private_header_of_another_layer(tmp_path):
     assert "include/amontons/solvers" in fault
 
 
+# Breaks when what is no engine reaches behind the headers that are installed.
+def test_extras_use_public_headers(tmp_path):
+    fault = only(tmp_path, "fmu/x.cpp", '#include "y.hpp"\n#include "problem/check.hpp"\n')
+    assert fault.startswith("fmu/x.cpp: problem/check.hpp is not installed")
+
+
 # Breaks when an installed header includes one that is not installed, if only of its own layer.
 def test_public_header_may_not_use_src(tmp_path):
     fault = only(tmp_path, "include/amontons/problem/b.hpp", '#include "problem/check.hpp"\n')

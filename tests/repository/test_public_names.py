@@ -1,9 +1,12 @@
 """The public names: how many there are, and that those of earlier versions say where they are now."""
 
 import re
+import subprocess
+import sys
 
 import amontons
 import pytest
+from core_room import EXTRAS, LIBRARIES
 
 DOORS = (amontons.vi, amontons.parts, amontons.results)
 # What `simulation.NAME` is now a member of, by the table of docs/reference/index.md.
@@ -28,6 +31,17 @@ def moved(text):
 def test_few_names():
     assert len(amontons.__all__) == len(set(amontons.__all__)) <= 50
     assert dir(amontons) == sorted(amontons.__all__)
+
+
+# Breaks when `import amontons` loads more than the engine, or an extra does not load when it is used.
+def test_extras_load_late():
+    code = (
+        "import sys, amontons; print(*sys.modules); "
+        "[getattr(door, name) for door in (amontons, amontons.vi, amontons.results) for name in door.__all__]"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    late = {f"amontons.{name}" for name in EXTRAS} | {*LIBRARIES, "scipy", "importlib.metadata"}
+    assert not late & set(run.stdout.split())
 
 
 # Breaks when Simulation grows again: what tells of poses or forces belongs to one of its two parts.

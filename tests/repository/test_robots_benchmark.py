@@ -109,3 +109,17 @@ def test_both_forms_run_beside_mujoco(robots, monkeypatch, tmp_path, capsys):
     assert ball["rows_missed"] == ball["trees_missed"] == "0"
     assert rows["broken.xml"]["outcome"] == "refused, by MuJoCo too"
     assert "models: 2, run 1, with trees 1" in capsys.readouterr().out
+
+
+# Breaks when a case does not load in one of the two programs, or when its controls or counts are not written.
+def test_the_work_of_steps_on_the_floor_is_counted(robots, monkeypatch, tmp_path, capsys):
+    command = ["robots.py", str(tmp_path), "--out", str(tmp_path), "--duration", "0.05", "--fall"]
+    monkeypatch.setattr(sys, "argv", [*command, "--only", "held by adhesion", "gripper"])
+    assert robots.main() == 0
+    from common import read_csv
+
+    rows = read_csv(tmp_path / "robots_fall.csv")
+    assert [row["control"] for row in rows] == ["none", "random"] * 2
+    assert all(row["steps"] == "25" and row["missed"] == "0" for row in rows)
+    assert all(float(row["contacts"]) > 0 and float(row["products_mean"]) >= 1 for row in rows)
+    assert "runs: 4, with at most 4 factorisations in the median: " in capsys.readouterr().out

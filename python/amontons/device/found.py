@@ -10,7 +10,7 @@ from typing import Any
 from .. import _core
 from ..checks import shown
 from ..errors import InputError
-from ..problem.iterate import source_of_device
+from ..problem.iterate import source_of_name
 from . import cuda, opencl
 from .backend import Backend, Device, Memory
 from .methods import DeviceMethod
@@ -111,13 +111,11 @@ def source_on(backend: Backend, name: str, least_contacts: int) -> _core.Iterate
     return _core.IterateSource(name, make, least_contacts=least_contacts, with_layout=True, as_method=True)
 
 
-def _source_of_device(device: object, least_contacts: int) -> _core.IterateSource | None:
+def _source_of_name(device: object, least_contacts: int) -> _core.IterateSource:
     if not isinstance(device, str):
         raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
-    if device == "cpu":
-        return None
     chosen = chosen_device(device)
     return source_on(open_device(chosen), chosen.name, least_contacts)
 
 
-source_of_device.supply(_source_of_device)
+source_of_name.supply(_source_of_name)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from ..checks import Array
 from ..errors import InputError
-from ..hooks import hook
+from ..hooks import supplied_by
 
 METHODS = ("auto", "p-spg-fb", "apgd")
 """that take an iterate; "auto" takes one of the other two where it has one"""
@@ -120,10 +120,17 @@ def source_of_iterate(iterate: Iterate, method: str, has_moments: bool) -> _core
     return _core.IterateSource(type(iterate).__name__, lambda problem, law: iterate, False, 0)
 
 
-@hook
 def source_of_device(device: str, least_contacts: int) -> _core.IterateSource | None:
-    """The iterates of a device for problems of at least so many contacts; amontons.device supplies it.
+    """The iterates of a device for problems of at least so many contacts, None for "cpu".
 
-    None for "cpu". InputError for a device that there is not.
+    InputError for a device that there is not.
     """
-    raise NotImplementedError("import amontons.device, which knows devices")
+    if isinstance(device, str) and device == "cpu":
+        return None
+    return source_of_name(device, least_contacts)
+
+
+@supplied_by("amontons.device.found")
+def source_of_name(device: str, least_contacts: int) -> _core.IterateSource:
+    """`source_of_device` for all but "cpu"; amontons.device supplies it."""
+    raise NotImplementedError

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
-import scipy.sparse as sp
 
 from .. import _core
 from ..checks import reals, vector
 from ..errors import InputError
 from .operators import Contacts, Factored
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 ASYMMETRY: float = _core.ASYMMETRY
 """|A - A'| / max |A| up to which a matrix counts as symmetric: above it the difference is no rounding."""
@@ -40,6 +42,8 @@ def canonical(A: Any) -> Matrix:
     InputError for anything that is no real, square matrix; that it is symmetric is checked where the core
     makes a problem of it.
     """
+    import scipy.sparse as sp  # takes as long to import as all the rest
+
     if isinstance(A, Factored | Contacts):
         return A
     if sp.issparse(A):
@@ -74,6 +78,8 @@ def _dense(A: np.ndarray) -> np.ndarray:
 
 
 def _sparse(A: Any) -> sp.csr_array:
+    import scipy.sparse as sp
+
     _require_square(A.shape)
     _require_real(A.dtype)
     if A.format in ("csc", "csr", "bsr"):
@@ -116,6 +122,8 @@ def _require_pointers(A: Any) -> None:
 
 def diagonal(A: Matrix) -> np.ndarray:
     """diag(A), (m,), of a canonical A; ones for a function that does not tell."""
+    import scipy.sparse as sp
+
     m = A.shape[0]
     if isinstance(A, np.ndarray | sp.csr_array | Factored | Contacts):
         return A.diagonal()
@@ -131,10 +139,12 @@ def to_core(A: Matrix) -> _core.Operator:
     """The core's operator for a canonical A."""
     if isinstance(A, Factored | Contacts):
         return A.to_core()
-    if isinstance(A, sp.csr_array):
-        return _core.sparse_operator(A.indptr, A.indices, A.data)
     if isinstance(A, np.ndarray):
         return _core.dense_operator(A)
+    import scipy.sparse as sp
+
+    if isinstance(A, sp.csr_array):
+        return _core.sparse_operator(A.indptr, A.indices, A.data)
     return function_to_core(A)
 
 

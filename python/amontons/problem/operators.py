@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..checks import Array, array, finite, matrix, reals, vector
 from ..errors import InputError
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Indices = NDArray[np.int32]
 
@@ -185,6 +187,8 @@ class _BodyBased(ABC):
 
 def block_diagonal(blocks: Array) -> sp.csr_array:
     """The sparse matrix with the given (n, k, k) diagonal blocks, without their zeros."""
+    import scipy.sparse as sp
+
     n, k = len(blocks), blocks.shape[1]
     matrix = sp.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(k * n, k * n)).tocsr()
     matrix.eliminate_zeros()
@@ -249,6 +253,8 @@ class Factored(_BodyBased):
 
     def jacobian(self) -> sp.csr_array:
         """D, (m, 6 n)."""
+        import scipy.sparse as sp
+
         m = self.shape[0]
         rows, columns, values = [], [], []
         for body, jacobian in ((self.body_a, self.jacobian_a), (self.body_b, self.jacobian_b)):
@@ -263,6 +269,8 @@ class Factored(_BodyBased):
 
     def to_sparse(self) -> sp.csr_array:
         """A as a sparse matrix, (m, m)."""
+        import scipy.sparse as sp
+
         jacobian = self.jacobian()
         matrix = sp.csr_array(jacobian @ self.inverse_mass_matrix() @ jacobian.T)
         if self.compliance.any():

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from .. import _core, step_counts
 from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
-from ..hooks import hook
+from ..hooks import supplied_by
 from . import cones as cones_
 from . import iterate as iterate_
 from . import matrices, operators, options, units
@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 Callback = Callable[[_core.IterationRecord], object]
 
 
-@hook
+@supplied_by("amontons.io")
 def write_file(
     problem: Problem,
     path: str | PathLike[str],
@@ -36,7 +36,7 @@ def write_file(
     form: str,
 ) -> None:
     """Function behind `Problem.write`; amontons.io supplies it."""
-    raise NotImplementedError("import amontons.io, which writes files")
+    raise NotImplementedError
 
 
 class Problem:

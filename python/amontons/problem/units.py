@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy.sparse as sp
 
 from .. import _core
 from ..checks import Array
@@ -53,9 +52,11 @@ def scaled(A: matrices.Matrix, S: Array | None) -> _core.Operator:
             "compliance": A.compliance * S**2,
         }
         return Factored.from_arrays({**vars(A), **rows, "_core_operator": None}).to_core()
+    if isinstance(A, np.ndarray):
+        return _core.dense_operator(A * (S[:, None] * S))
+    import scipy.sparse as sp
+
     if isinstance(A, sp.csr_array):
         entries = A.data * (np.repeat(S, np.diff(A.indptr)) * S[A.indices])
         return _core.sparse_operator(A.indptr, A.indices, entries)
-    if isinstance(A, np.ndarray):
-        return _core.dense_operator(A * (S[:, None] * S))
     return matrices.function_to_core(A, S)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any
 
-from ..hooks import hook
+from ..hooks import supplied_by
 
 
-@hook
+@supplied_by("amontons.io")
 def save_file(simulation: Any, path: str | PathLike[str]) -> None:
     """Function behind `Simulation.save`; amontons.io supplies it."""
-    raise NotImplementedError("import amontons.io, which writes files")
+    raise NotImplementedError
 
 
-@hook
+@supplied_by("amontons.io")
 def load_file(path: str | PathLike[str], options: dict[str, Any]) -> Any:
     """Function behind `Simulation.load`; amontons.io supplies it."""
-    raise NotImplementedError("import amontons.io, which reads files")
+    raise NotImplementedError

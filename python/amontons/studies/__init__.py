@@ -1,8 +1,8 @@
 """Many runs side by side (`sweep`, `identify`), and verdicts on assemblies of blocks (`stability`)."""
 
-from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
-from typing import Any as _Any
+
+from ..lazy import later as _later
 
 if TYPE_CHECKING:
     from ..io.assemblies import read_assembly as read_assembly
@@ -23,28 +23,24 @@ if TYPE_CHECKING:
     from .masonry.statics import Equilibrium as Equilibrium
 
 _HOMES = {
-    "Assembly": "..model.assembly",
-    "Block": "..model.assembly",
-    "Equilibrium": ".masonry.statics",
-    "Factor": ".masonry.search",
-    "GroundMotion": ".masonry.shaking",
-    "Load": ".masonry.loads",
-    "Shaking": ".masonry.shaking",
-    "Stability": ".masonry.stability",
-    "horizontal": ".masonry.loads",
-    "point_load": ".masonry.loads",
-    "pulse": ".masonry.shaking",
-    "read_ground_motion": ".masonry.shaking",
-    "shake": ".masonry.shaking",
-    "read_assembly": "..io.assemblies",
-    "stability": ".masonry.stability",
-    "tilt": ".masonry.loads",
+    "Assembly": "model.assembly",
+    "Block": "model.assembly",
+    "Equilibrium": "studies.masonry.statics",
+    "Factor": "studies.masonry.search",
+    "GroundMotion": "studies.masonry.shaking",
+    "Load": "studies.masonry.loads",
+    "Shaking": "studies.masonry.shaking",
+    "Stability": "studies.masonry.stability",
+    "horizontal": "studies.masonry.loads",
+    "point_load": "studies.masonry.loads",
+    "pulse": "studies.masonry.shaking",
+    "read_ground_motion": "studies.masonry.shaking",
+    "shake": "studies.masonry.shaking",
+    "read_assembly": "io.assemblies",
+    "stability": "studies.masonry.stability",
+    "tilt": "studies.masonry.loads",
 }
 __all__ = sorted(_HOMES)
 
 if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> _Any:
-        if name in _HOMES:  # loaded at first use: importing amontons stays light
-            return getattr(_import_module(_HOMES[name], __name__), name)
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    __getattr__ = _later(__name__, _HOMES)

@@ -11,7 +11,7 @@ from ..model.parts import WORLD
 from ..report.batches import product, turned, visuals_of
 from ..report.colours import STATES
 from ..report.extents import Balls
-from ..report.force_lines import force_lines, width_per_newton
+from ..report.force_lines import Lines, force_lines, width_per_newton
 from .network import Network
 from .runs import LiveRun, ReplayRun
 from .spring import connected_mass
@@ -29,6 +29,7 @@ class Marks:
     """Each kind is drawn while it is switched on."""
 
     def __init__(self, server: viser.ViserServer, root: str, run: LiveRun | ReplayRun) -> None:
+        self._server = server
         self._scene, self._root, self._run = server.scene, f"{root}/marks", run
         self._size = run.model.length
         self._handles: dict[str, Any] = {}
@@ -53,6 +54,10 @@ class Marks:
             balls = Balls.of(visuals_of(model))
             self._per_newton = width_per_newton([contacts], balls.median(balls.thickness))
         self._network.show(force_lines(model, positions, orientations, contacts, self._per_newton))
+
+    def show_joints(self, lines: Lines) -> None:
+        """Draw these lines in the world, beside what is switched on."""
+        Network(self._server, f"{self._root}/joints", room=len(lines[0])).show(lines)
 
     def show(self, positions: Array, orientations: Array) -> None:
         """Draw what is wanted, with the bodies at these poses."""

@@ -9,13 +9,6 @@
 
 namespace amontons {
 
-// The overlap (m) up to which a held step (options.held > 0) of length h closes at once. Limits and contacts
-// that rest then stay closed after the small changes whose differences are its derivative.
-inline double held_reach(const Model& model, const SimulationOptions& options, double h) {
-  if (options.held == 0) return 0;
-  return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
-}
-
 struct Forest;  // bodies that move in coordinates of their joints, trees/forest.hpp
 
 // Constant during a step of length h. The speeds and the margin are those of the options, with

@@ -28,6 +28,13 @@ Speeds fastest(const BodyVelocities& velocities, double distance) {
   return most;
 }
 
+// The overlap (m) up to which a held step (options.held > 0) of length h closes at once. Limits and contacts
+// that rest then stay closed after the small changes whose differences are its derivative.
+double held_reach(const Model& model, const SimulationOptions& options, double h) {
+  if (options.held == 0) return 0;
+  return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
+}
+
 // A body with a velocity that is not finite would corrupt all bodies that it touches, so the step is undone.
 bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {

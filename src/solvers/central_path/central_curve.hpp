@@ -8,6 +8,7 @@
 #include "amontons/base/elementary.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/sets/barriers.hpp"
+#include "solvers/central_path/near_point.hpp"
 #include "solvers/central_path/policy.hpp"
 
 namespace amontons {
@@ -42,11 +43,15 @@ class CentralCurve {
  public:
   // Starts in the middle of the sets. The system and K must outlive it.
   void start(System& system, const SetProduct& K, Law law);
+  // Starts at the point with x o w = t e whose x - w is that of the given x and u, in the units of the
+  // system. The nearer these are to a solution, the smaller t may be. False for sets without such a point.
+  bool start_near(System& system, const SetProduct& K, Law law, std::span<const double> x,
+                  std::span<const double> u, double t);
   // One step along the curve or back to it, with one factorisation; false if no step is possible.
   bool step();
   // The current x, inside the sets, in the units of the system.
   void x(std::span<double> out);
-  // Curve parameter: 1 at the start, 0 at the solution.
+  // Curve parameter: 1 in the middle of the sets, 0 at the solution.
   double t() const { return t_; }
 
  private:
@@ -80,7 +85,7 @@ class CentralCurve {
   const SetProduct* K_ = nullptr;
   Law law_{};
   Barriers barriers_;
-  double t_ = 1;
+  double t_ = 1, first_t_ = 1;
   // Signs of the determinant: at the start, and where the last step along the curve began.
   int first_sign_ = 0, sign_before_ = 0;
   // The start of the last step along the curve: the point, the direction and the share of it that was taken.
@@ -107,7 +112,31 @@ inline bool makes_no_progress(double step) { return !(step > least_share()); }
 }  // namespace curve
 
 template <class System>
+bool CentralCurve<System>::start_near(System& system, const SetProduct& K, Law law,
+                                      std::span<const double> x0, std::span<const double> u0, double t) {
+  start(system, K, law);
+  bool all = true;
+  each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, law, &u0[row], g);
+    if constexpr (std::is_same_v<S, Interval>)
+      curve::start_near(barrier, set, system.units().of_x()[block], &x0[row], g, t);
+    else if constexpr (requires { curve::start_near(barrier, &x0[row], g, t); })
+      curve::start_near(barrier, &x0[row], g, t);
+    else
+      all = false;
+  });
+  if (!all) return false;
+  t_ = t_before_ = first_t_ = t;
+  std::fill(F_start_.begin(), F_start_.end(), 0.0);
+  linearise();
+  F_start_ = F_;
+  return true;
+}
+
+template <class System>
 void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
+  first_t_ = 1;
   system_ = &system;
   K_ = &K;
   law_ = law;
@@ -156,7 +185,7 @@ void CentralCurve<System>::linearise() {
     barrier.dual_factor(BT);
     barrier.dual(w);
     for (int k = 0; k < d; ++k) {
-      F_t_[row + k] = -t_ * F_start_[row + k];
+      F_t_[row + k] = -t_ / first_t_ * F_start_[row + k];
       F_[row + k] = w[k] - u_[row + k] + F_t_[row + k];
     }
     if constexpr (S::frictional) {

@@ -24,6 +24,12 @@ void CurveUnits::to_impulses(std::span<double> x) const {
   });
 }
 
+void CurveUnits::from_impulses(std::span<double> x) const {
+  for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {
+    for (int k = 0; k < S::dim; ++k) x[row + k] /= unit_[block];
+  });
+}
+
 // beta^2 may overflow or underflow, so factors are applied one at a time.
 void CurveUnits::from_velocities(std::span<double> u) const {
   for_each_block(*K_, [&]<class S>(const S&, std::size_t block, std::size_t row) {

@@ -18,8 +18,9 @@ class CurveUnits {
   // Unit of x per block (N s).
   std::span<const double> of_x() const { return unit_; }
   double root(std::size_t block) const { return root_[block]; }
-  // Transforms x~ to x and u~ to u, in place.
+  // Transforms x~ to x and back, u to u~, in place.
   void to_impulses(std::span<double> x) const;
+  void from_impulses(std::span<double> x) const;
   void from_velocities(std::span<double> u) const;
 
  private:

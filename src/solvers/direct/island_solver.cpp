@@ -13,6 +13,9 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
+// A Newton step takes longer than its multiplications tell: it linearises the blocks, and pivots.
+static constexpr std::uint64_t newton_step_in_sweeps = 4;  // not tuned: counted for ten contacts
+
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
@@ -31,6 +34,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   });
   result_ = {false, INFINITY, 0, 0};
   work_ = 0;
+  swept_ = false;
 }
 
 // u = W x + q. An island with more rows than coordinates has W in factors, and nothing else differs here.
@@ -121,8 +125,26 @@ void IslandSolver::find_faces() {
     keep_better(x_, u_);
     // One more step after the target is reached: quadratic convergence brings it to rounding.
     if (result_.map <= limits_.aim || before <= limits_.target) return;
-    if (!(result_.map < before)) ++stale;
+    if (result_.map < before) continue;
+    ++stale;
+    settle();
   }
+}
+
+// Sweeps from the best x, in about the time of the Newton step that failed.
+void IslandSolver::settle() {
+  if (!swept_) sweeps_.start(*island_, law_, p_);
+  const std::uint64_t end = sweeps_.work() + newton_step_in_sweeps * newton_.work();
+  work_ += swept_ ? 0 : sweeps_.work();
+  swept_ = true;
+  x_ = best_;
+  while (sweeps_.work() < end) {
+    const std::uint64_t before = sweeps_.work();
+    sweeps_.sweep(x_);
+    work_ += sweeps_.work() - before;
+  }
+  evaluate(x_, u_);
+  keep_better(x_, u_);
 }
 
 // A full step without a line search: a shorter step would stop at the first wrong face. x is projected,
@@ -139,30 +161,63 @@ bool IslandSolver::newton_step() {
   return true;
 }
 
-// Follows the central curve. No search for faces on the way: nearly all Newton steps fail as long as faces
-// change, and cost more than further steps along the curve. A contact between two faces has x and w of the
-// size of sqrt(t), so that the curve ends where that is rounding.
+// Follows the central curve: from a point near the best x, and from the middle of the sets if that curve
+// ends or has a fold. No search for faces on the way: nearly all Newton steps fail as long as
+// faces change, and cost more than further steps along the curve. A contact between two faces has x and w of
+// the size of sqrt(t), so that the curve ends where that is rounding.
 void IslandSolver::follow_curve() {
-  const std::uint64_t m = x_.size();
-  // m^3 / 3 multiplications of a dense kernel, which does four in the time of one elsewhere, and the passes
-  // over rows.
-  const std::uint64_t work_of_step = m * m * (m + 90) / 12;  // not tuned: counted
   system_.start(*island_, p_);
-  curve_.start(system_, island_->K, law_);
+  if (!start_near() || !follow(true)) {
+    curve_.start(system_, island_->K, law_);
+    follow(false);
+  }
+  x_ = best_;
+  evaluate(x_, u_);
+  if (result_.map > limits_.aim) find_faces();
+}
+
+// Starts with x o w = t e, where t is the largest error of a block in the units of the curve.
+//
+// In these units impulses and velocities are of order one. On the curve a contact that carries 1 has a
+// velocity of t. An open one with a velocity of 1 has an impulse of t. Both differ from the solution by about
+// the error of x. A contact with both below sqrt(t) is between its faces, and the curve decides. A smaller t
+// would keep faces that are wrong, and lead along the boundary, where steps are short. A larger one forgets
+// what x knows.
+//
+// The curve from the middle takes some ten steps to where faces are decided, and three or four from there.
+bool IslandSolver::start_near() {
+  evaluate(best_, u_);
+  trial_ = best_;
+  trial_u_ = u_;
+  system_.units().from_impulses(trial_);
+  system_.units().from_velocities(trial_u_);
+  double t = direct::policy.rounding;
+  for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
+    double g[S::dim];
+    add_saxce_term(set, law_, &u_[row], g);
+    t = std::max(t, std::sqrt(natural_map_squared(set, p_[block], &best_[row], g) / p_[block]) /
+                        system_.units().of_x()[block]);
+  });
+  return t < 1 && curve_.start_near(system_, island_->K, law_, trial_, trial_u_, t);
+}
+
+// Returns whether the target is reached. `falls`: the curve is left where t rises.
+bool IslandSolver::follow(bool falls) {
+  double before = curve_.t();
   for (std::size_t i = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
-    work_ += work_of_step;
+    work_ += system_.work();
     if (!curve_.step()) break;
     curve_.x(x_);
     system_.units().to_impulses(x_);
     evaluate(x_, u_);
     keep_better(x_, u_);
-    if (curve_.t() < direct::policy.rounding * direct::policy.rounding) break;
+    if (falls && curve_.t() > before) break;
+    before = curve_.t();
+    if (before < direct::policy.rounding * direct::policy.rounding) break;
   }
-  x_ = best_;
-  evaluate(x_, u_);
-  if (result_.map > limits_.aim) find_faces();
+  return result_.map <= limits_.target;
 }
 
 }  // namespace amontons

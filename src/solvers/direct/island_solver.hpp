@@ -4,6 +4,7 @@
 
 #include "amontons/base/budget.hpp"
 #include "solvers/central_path/central_curve.hpp"
+#include "solvers/direct/block_sweeps.hpp"
 #include "solvers/direct/island_system.hpp"
 #include "solvers/direct/newton_direction.hpp"
 #include "solvers/direct/reduction.hpp"
@@ -13,7 +14,10 @@ namespace amontons {
 // Solves the VI of an island with a dense matrix: find x in K with u = W x + q (and the De Saxce term under
 // coulomb) in the normal cone. Two stages:
 //   1. semismooth Newton steps on the faces of the start, which are right in most steps of a simulation;
-//   2. the central path as a curve (central_path/central_curve.hpp), which needs no start.
+//   after
+//      a step that failed, sweeps over the blocks choose others;
+//   2. the central path as a curve (central_path/central_curve.hpp), from a point near the best x, then from
+//      the middle of the sets, which needs no start.
 // The work is bounded for every problem.
 class IslandSolver {
  public:
@@ -44,7 +48,10 @@ class IslandSolver {
   void pay();
   void find_faces();
   bool newton_step();
+  void settle();
   void follow_curve();
+  bool start_near();
+  bool follow(bool falls);
 
   Budget* budget_ = nullptr;
   const Reduction::Island* island_ = nullptr;
@@ -53,6 +60,8 @@ class IslandSolver {
   std::vector<double> p_, diagonal_;  // mean of diag(W) per block; diag(W)
   std::vector<double> x_, u_, dx_, trial_, trial_u_, best_;
   NewtonDirection newton_;
+  BlockSweeps sweeps_;
+  bool swept_ = false;  // sweeps_ knows the island
   IslandSystem system_;
   CentralCurve<IslandSystem> curve_;
   // Multiplications that are not charged yet. They may exceed 32 bits, which std::size_t has in WebAssembly.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solvers/direct/block_equation.hpp"
+#include "solvers/direct/small_solve.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
@@ -106,41 +107,6 @@ void NewtonDirection::add_active(const double* w, double h, double* J) const {
   }
 }
 
-// Solves D X = (-F, H) for a block of at most six rows by Gauss' method with row pivots. False if singular.
-//
-// Most blocks of a robot have one row, of a servo, a limit or dry friction along a joint, and need a
-// division.
-static bool solve_block(std::size_t dim, double* D, double* X, std::size_t width) {
-  if (dim == 1) {
-    X[0] /= D[0];
-    X[1] /= D[0];
-    return std::abs(D[0]) > 0;
-  }
-  for (std::size_t k = 0; k < dim; ++k) {
-    std::size_t best = k;
-    for (std::size_t i = k + 1; i < dim; ++i)
-      if (std::abs(D[dim * i + k]) > std::abs(D[dim * best + k])) best = i;
-    if (!(std::abs(D[dim * best + k]) > 0)) return false;
-    if (best != k) {
-      std::swap_ranges(D + dim * k, D + dim * (k + 1), D + dim * best);
-      std::swap_ranges(X + width * k, X + width * (k + 1), X + width * best);
-    }
-    for (std::size_t i = k + 1; i < dim; ++i) {
-      const double share = D[dim * i + k] / D[dim * k + k];
-      if (share == 0) continue;
-      for (std::size_t j = k; j < dim; ++j) D[dim * i + j] -= share * D[dim * k + j];
-      for (std::size_t j = 0; j < width; ++j) X[width * i + j] -= share * X[width * k + j];
-    }
-  }
-  for (std::size_t k = dim; k-- > 0;)
-    for (std::size_t j = 0; j < width; ++j) {
-      double sum = X[width * k + j];
-      for (std::size_t i = k + 1; i < dim; ++i) sum -= D[dim * k + i] * X[width * i + j];
-      X[width * k + j] = sum / D[dim * k + k];
-    }
-  return true;
-}
-
 // r and S of an active block, and its rows of S Y.
 //
 // A block without compliance that sticks has D = sigma, and S is 1 / (sigma p). Then r and S Y'z are larger
@@ -159,7 +125,7 @@ bool NewtonDirection::reduce_block(const ThinMatrix& W, double sigma, const Line
       X[width * i + 1 + j] = h;
     }
   }
-  if (!solve_block(d, D, X, width)) return false;
+  if (solve_block(d, D, X, width) == 0) return false;
   double* S = &S_[6 * at];
   for (std::size_t i = 0; i < d; ++i) {
     r_[at + i] = X[width * i];
@@ -169,14 +135,6 @@ bool NewtonDirection::reduce_block(const ThinMatrix& W, double sigma, const Line
   return true;
 }
 
-// N += Y S Y' of six active rows, the last ones filled up by zeros. A row of Y has entries on the way from
-// its bodies to the root only. Coordinates that none of the six rows reaches are passed over by the kernel.
-void NewtonDirection::add_group(const ThinMatrix& W, std::size_t first, std::size_t rows) {
-  six_.assign(6 * W.stride, 0.0);
-  for (std::size_t i = 0; i < rows; ++i) std::copy_n(W.row(rows_[first + i]), W.stride, &six_[W.stride * i]);
-  AMONTONS_DISPATCH(add_outer, J_.data(), six_.data(), &T_[W.stride * first], W.n, W.stride);
-}
-
 // The matrix has one row per coordinate, so that its size does not grow with the contacts. It is not
 // symmetric where contacts slide, and is factored with row pivots, like the matrix by rows.
 bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx) {
@@ -184,7 +142,7 @@ bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vec
   rows_.clear();
   r_.resize(W.rows());
   S_.resize(6 * W.rows());
-  T_.resize((W.rows() + 5) * stride);
+  T_.resize(W.terms());
   for (const Linear& l : linear_) {
     if (!l.acts)
       for (std::size_t k = 0; k < l.dim; ++k) dx[l.row + k] = -l.F[k];
@@ -198,17 +156,8 @@ bool NewtonDirection::solve_by_rates(const ThinMatrix& W, double sigma, std::vec
   z_.assign(stride, 0.0);
   W.gather(dx, z_.data());
   W.hold(z_.data());
-  J_.assign(n * stride, 0.0);
-  std::fill_n(&T_[active * stride], 5 * stride, 0.0);
-  for (std::size_t i = 0; i < active; i += 6) add_group(W, i, std::min<std::size_t>(6, active - i));
-  if (!W.Q.empty()) {
-    du_.assign(n * stride, 0.0);
-    for (std::size_t i = 0; i < n; ++i)
-      AMONTONS_DISPATCH(add_product, &du_[stride * i], &W.Q[stride * i], J_.data(), n, stride);
-    J_.swap(du_);
-    work_ += std::uint64_t{n} * n * n;
-  }
-  for (std::size_t i = 0; i < n; ++i) J_[(stride + 1) * i] += 1;
+  W.add_terms(rows_, T_, J_);
+  if (!W.Q.empty()) work_ += std::uint64_t{n} * n * n;
   pivots_.resize(n);
   columns_.resize(n * factor_columns);
   if (!AMONTONS_DISPATCH(factor_rows, J_.data(), pivots_.data(), n, stride, columns_.data()) ||

@@ -44,7 +44,6 @@ class NewtonDirection {
   void add_active(const double* w, double h, double* J) const;
   bool solve_by_rates(const ThinMatrix& W, double sigma, std::vector<double>& dx);
   bool reduce_block(const ThinMatrix& W, double sigma, const Linear& l);
-  void add_group(const ThinMatrix& W, std::size_t first, std::size_t rows);
 
   // Rows of active blocks that follow each other: [first, end).
   struct Run {
@@ -55,9 +54,9 @@ class NewtonDirection {
   std::vector<Run> runs_;
   std::vector<std::size_t> active_, pivots_;
   std::vector<double> J_, columns_, rhs_, du_;
-  // By rates: per active row its number in W and its r; the rows S Y; six rows of Y; z.
+  // By rates: per active row its number in W and its r; the rows S Y; z.
   std::vector<std::size_t> rows_;
-  std::vector<double> r_, T_, six_, z_, S_;
+  std::vector<double> r_, T_, z_, S_;
   std::uint64_t work_ = 0;
 };
 

@@ -10,8 +10,9 @@ namespace amontons::direct {
 struct Policy {
   // Where the direct way applies.
 
-  // Size (rows of an island): at this size a dense factorisation takes 1 ms, about as long as a first-order
-  // method. With 300 stacks of plates took 3 times as long, 15 times at worst.
+  // Size (rows of an island, or its coordinates if these are fewer): at this size a dense factorisation takes
+  // 1 ms, about as long as a first-order method. With 300 stacks of plates took 3 times as long, 15 times at
+  // worst.
   std::size_t most_rows = 180;
   // Work (multiplications): limit of a factorisation of K, 10 ms. Trees need 2000 per body, loops that cross
   // may cause much fill; half of it is too little for benchmark B1.

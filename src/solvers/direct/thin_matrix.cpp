@@ -45,7 +45,30 @@ void ThinMatrix::add_product(std::span<const double> x, std::span<double> u) con
   for (std::size_t i = 0; i < rows(); ++i) u[i] += E[i] * x[i];
 }
 
-// For the central curve, which scales W by blocks and has no form in factors. Few islands come this far.
+// Six rows at a time, the last ones filled up by zeros. A row of Y has entries on the way from its bodies to
+// the root only. Coordinates that none of the six rows reaches are passed over by the kernel.
+void ThinMatrix::add_terms(std::span<const std::size_t> rows, std::span<double> T,
+                           std::vector<double>& N) const {
+  constexpr std::size_t group = 6;  // not tuned: rows of the kernel
+  static thread_local std::vector<double> six, held;
+  N.assign(n * stride, 0.0);
+  std::fill_n(&T[rows.size() * stride], (group - 1) * stride, 0.0);
+  for (std::size_t i = 0; i < rows.size(); i += group) {
+    six.assign(group * stride, 0.0);
+    for (std::size_t k = 0; k < std::min(group, rows.size() - i); ++k)
+      std::copy_n(row(rows[i + k]), stride, &six[stride * k]);
+    AMONTONS_DISPATCH(add_outer, N.data(), six.data(), &T[stride * i], n, stride);
+  }
+  if (!Q.empty()) {
+    held.assign(n * stride, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+      AMONTONS_DISPATCH(add_product, &held[stride * i], &Q[stride * i], N.data(), n, stride);
+    N.swap(held);
+  }
+  for (std::size_t i = 0; i < n; ++i) N[(stride + 1) * i] += 1;
+}
+
+// For tests: no method needs W where it is thin.
 void ThinMatrix::fill(std::vector<double>& W) const {
   const std::size_t m = rows();
   W.assign(m * m, 0.0);

@@ -31,6 +31,10 @@ struct ThinMatrix {
   double diagonal(std::size_t i) const;
   // u += W x.
   void add_product(std::span<const double> x, std::span<double> u) const;
+  // N := 1 + Q sum_i y_i t_i' over the rows of Y and of T, n rows `stride` apart. T has one row for each of
+  // `rows`, in their order, and room for terms() numbers.
+  void add_terms(std::span<const std::size_t> rows, std::span<double> T, std::vector<double>& N) const;
+  std::size_t terms() const { return (rows() + 5) * stride; }
   // W itself, row by row.
   void fill(std::vector<double>& W) const;
 };

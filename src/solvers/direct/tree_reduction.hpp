@@ -18,8 +18,8 @@ namespace amontons {
 //   A_ff = U'U,   (Z y) = U^-T (A_fc b_f),   W = A_cc - Z'Z,   q = b_c - Z'y,   U x_f = -(y + Z x_c).
 class TreeReduction {
  public:
-  // False where it does not apply: the problem has no linkage, or an island has more than `most_rows` rows of
-  // either kind.
+  // False where it does not apply: the problem has no linkage, or an island has more than `most_rows`
+  // bilateral rows, or more than so many other rows and coordinates.
   bool analyse(const Problem& problem, std::size_t most_rows);
   void factor(const Problem& problem);
 
@@ -47,6 +47,7 @@ class TreeReduction {
     std::size_t first, last;
   };
 
+  bool all_small(const Problem& problem, std::size_t most_rows);
   bool is_free(Index body) const { return body >= 0 && free_number_[body] >= 0; }
   std::size_t first_of_free(Index body) const {
     return trees_->coordinates() + 6 * static_cast<std::size_t>(free_number_[body]);

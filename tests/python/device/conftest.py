@@ -3,20 +3,20 @@
 import pytest
 from amontons import _core
 from amontons.device import found
-from amontons.problem.iterate import source_of_device
+from amontons.problem.iterate import source_of_name
 from numpy_iterate import NumpyIterate
 
 
 @pytest.fixture(autouse=True)
 def numpy_device():
     """Lets `device="numpy"` mean the reference in NumPy, which needs no driver."""
-    by_name = found._source_of_device
+    by_name = found._source_of_name
 
     def source(device, least_contacts):
         if device == "numpy":
             return _core.IterateSource("numpy", NumpyIterate.of_core, True, least_contacts)
         return by_name(device, least_contacts)
 
-    source_of_device.supply(source)
+    source_of_name.supply(source)
     yield
-    source_of_device.supply(by_name)
+    source_of_name.supply(by_name)

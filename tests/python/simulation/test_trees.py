@@ -394,3 +394,18 @@ def test_the_problem_of_a_tree_without_rows():
     sim.step()
     assert sim.problem().A.shape == (0, 0)
     assert "rows:  0" in repr(sim.problem())
+
+
+def test_many_contacts_on_few_coordinates_are_solved_directly():
+    """210 rows on two links, whose race the limit of rows would start, although W has seven coordinates."""
+    b = ModelBuilder(trees="auto")
+    b.add_floor()
+    for k in range(2):
+        b.add_body(f"plank{k}", mass=1.0, inertia=(0.01, 0.1, 0.1), position=(k, 0, 0.05))
+        for i in range(35):
+            at = (-0.45 + 0.15 * (i % 7), -0.2 + 0.1 * (i // 7), 0)
+            b.add_geom(f"plank{k}", amontons.shapes.Sphere(0.05), position=at)
+    b.add_revolute_joint("plank1", "plank0", point=(0.5, 0, 0.05), axis=(0, 1, 0))
+    _, reports = run(b.build(), 0.02, 2e-3)
+    assert all(r.converged and r.contacts == 70 for r in reports)
+    assert {r.method for r in reports} <= {"elimination", "warm start"}

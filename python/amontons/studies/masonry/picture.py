@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,9 @@ from ...io.files import writable, write_whole
 from ...model.builder import ModelBuilder
 from ...model.model import Model
 from ...model.visuals import TriangleMesh
-from ...report.force_lines import line_rows
+from ...report.force_lines import Lines, line_rows
 from ...report.picture import Frame, Picture, View
+from ...simulation.simulation import Simulation
 from .stability import Stability
 
 STONE, SUPPORT = (0.82, 0.78, 0.70, 1.0), (0.55, 0.57, 0.60, 1.0)
@@ -70,6 +72,13 @@ def joint_lines(verdict: Stability) -> Array:
     if not starts:
         return np.zeros((0, 10))
     return line_rows(tuple(np.concatenate(part) for part in (starts, ends, widths, colours)))  # type: ignore[arg-type]
+
+
+def drawn(verdict: Stability) -> tuple[Simulation, Lines]:
+    """For viewers: a simulation in which the blocks float where they are, and the lines of `joint_lines`."""
+    model = replace(model_for_pictures(verdict), gravity=(0.0, 0.0, 0.0))
+    rows = joint_lines(verdict)
+    return Simulation(model), (rows[:, :3], rows[:, 3:6], rows[:, 6], 255 * rows[:, 7:10])
 
 
 def picture(

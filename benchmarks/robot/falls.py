@@ -1,0 +1,134 @@
+"""Robots on the floor, counted: the rows of robots.py --fall.
+
+Each case runs without control and with random controls, which change every 0.1 s, with steps of 2 ms beside
+MuJoCo in turns of one step. Times are of the processor. Counts are over the steps with contacts.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter, thread_time
+from typing import Any
+
+import amontons
+import mujoco
+import numpy as np
+
+from robot.fall_cases import cases
+from robot.motion import mujoco_actuator
+
+DT = 2e-3
+"""s."""
+HELD = 50
+"""Steps for which random controls stay the same."""
+FEW = 4
+"""Factorisations that a step on the floor should need at most."""
+LONG, SHORT = 10.0, 2e-3
+"""A step stalls above so many medians, if it takes longer than this (s)."""
+DIRECT = ("elimination", "warm start", "none")
+"""Methods of the report that leave nothing to the race."""
+COLUMNS = (
+    "case", "control", "steps", "contacts", "most_contacts", "mujoco_contacts", "joint_rows",
+    "factorizations", "factorizations_90", "factorizations_mean", "most_factorizations", "above_few",
+    "products_mean", "most_products", "missed", "stalled", "raced", "methods", "step", "longest",
+    "solve_share", "mujoco_step", "ratio", "ratio_of_run",
+)  # fmt: skip
+"""Contacts, factorisations, step and mujoco_step (s) are medians; above_few: share of steps (%); raced:
+steps that a method of the race ended."""
+Row = dict[str, Any]
+
+
+def rows(robots: Path, duration: float, limit: float, only: list[str] | None) -> Iterator[Row]:
+    warnings.simplefilter("ignore", amontons.StepWarning)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, path in cases(robots, Path(folder)):
+            if only and not any(part in name for part in only):
+                continue
+            for control in ("none", "random"):
+                yield {"case": name, "control": control} | fall(path, control, duration, limit)
+
+
+def fall(path: Path, control: str, duration: float, limit: float) -> Row:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what is not read
+        model = amontons.load_model(path)
+    ours = amontons.Simulation(model, dt=DT, on_failure="ignore")
+    theirs = mujoco.MjModel.from_xml_path(str(path))
+    theirs.opt.timestep = DT
+    data, rng = mujoco.MjData(theirs), np.random.default_rng(1)
+    steps: list[Row] = []
+    start = perf_counter()
+    for k in range(math.ceil(duration / DT - 1e-9)):
+        if control == "random" and k % HELD == 0:
+            turn_to(model, ours, theirs, data, rng)
+        steps.append(both(ours, theirs, data))
+        if perf_counter() > start + limit:
+            break
+    return facts(steps)
+
+
+def turn_to(model: amontons.Model, ours: amontons.Simulation, theirs: Any, data: Any, rng: Any) -> None:
+    for drive in model.actuators:
+        low, high = drive.lower_control, drive.upper_control
+        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
+        value = float(rng.uniform(low, high))
+        ours.set_control(drive.name, value)
+        data.ctrl[mujoco_actuator(theirs, drive.name)] = value
+
+
+def both(ours: amontons.Simulation, theirs: Any, data: Any) -> Row:
+    before = thread_time()
+    report = ours.step()
+    between = thread_time()
+    mujoco.mj_step(theirs, data)
+    return {
+        "time": between - before, "theirs": thread_time() - between, "solve": report.timings.solve,
+        "wall": report.timings.total, "contacts": report.contacts, "mujoco_contacts": data.ncon,
+        "joint_rows": report.joint_rows, "factorizations": report.factorizations,
+        "products": report.products, "missed": not report.converged, "method": report.method,
+    }  # fmt: skip
+
+
+def facts(steps: list[Row]) -> Row:
+    touching = [s for s in steps if s["contacts"]] or steps
+
+    def of(key: str, some: list[Row] = touching) -> Any:
+        return np.array([float(s[key]) for s in some])
+
+    times, theirs, factored = of("time"), of("theirs"), of("factorizations")
+    usual = float(np.median(of("time", steps)))
+    raced = [s["method"] for s in steps if s["method"] not in DIRECT]
+    return {
+        "steps": len(steps), "contacts": np.median(of("contacts")), "most_contacts": of("contacts").max(),
+        "mujoco_contacts": np.median(of("mujoco_contacts")), "joint_rows": np.median(of("joint_rows")),
+        "factorizations": np.median(factored), "factorizations_90": np.percentile(factored, 90),
+        "factorizations_mean": factored.mean(), "most_factorizations": factored.max(),
+        "above_few": 100 * np.mean(factored > FEW), "products_mean": of("products").mean(),
+        "most_products": of("products").max(), "missed": int(of("missed", steps).sum()),
+        "stalled": int(np.sum(of("time", steps) > max(LONG * usual, SHORT))), "raced": len(raced),
+        "methods": ", ".join(f"{n} {count}" for n, count in sorted(Counter(raced).items())),
+        "step": np.median(times), "longest": of("time", steps).max(),
+        "solve_share": of("solve").sum() / of("wall").sum(), "mujoco_step": np.median(theirs),
+        "ratio": np.median(times) / np.median(theirs), "ratio_of_run": times.sum() / theirs.sum(),
+    }  # fmt: skip
+
+
+def sums(found: list[Row]) -> Iterator[str]:
+    """What the runs say together."""
+    if not found:
+        return
+    few = [row for row in found if row["factorizations"] <= FEW]
+    yield f"runs: {len(found)}, with at most {FEW} factorisations in the median: {len(few)}"
+    ratios = sorted(row["ratio"] for row in found)
+    most = np.percentile(ratios, 90)
+    yield f"step beside MuJoCo's: median {np.median(ratios):.2f}, ninth decile {most:.2f}"
+    whole = sum(row["factorizations_mean"] * row["steps"] for row in found)
+    yield f"factorisations in all: {whole:.0f}"
+    for key, what in {"missed": "missed", "stalled": "stalled", "raced": "left to the race"}.items():
+        names = [f"{row['case']} ({row['control']}) {row[key]}" for row in found if row[key]]
+        yield f"steps {what}: {sum(row[key] for row in found)}" + (f": {', '.join(names)}" if names else "")
