@@ -29,9 +29,16 @@ from pathlib import Path
 from duplicates import without_comments
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = ("multibody/step", "multibody/trees", "solvers/direct", "solvers/central_path", "solvers/choice")
-LIMIT = 74
-"""of all rooms together; it only falls."""
+ROOMS = (
+    "multibody/step",
+    "multibody/trees",
+    "solvers/second_order",
+    "solvers/direct",
+    "solvers/central_path",
+    "solvers/choice",
+)
+LIMIT = 88
+"""of all rooms together; it only falls, but for a room that comes with the numbers that it has."""
 BASES = ("include/amontons", "src")
 POLICY, NAMES = "policy.hpp", "policy.cpp"
 

@@ -26,6 +26,7 @@ FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```[^\S\n]*$", re.MULTILINE | re.DOT
 # What no test of the documents runs: how the command begins, and who runs it.
 ELSEWHERE = {
     "make ": "what builds: .ci/run",
+    "source ": "the environment that make made: every command here runs in it",
     "pip ": "what installs: tools/make_wheel.py tries an installed package",
     "cmake ": "the C++ library: .ci/run builds and uses it, test_cpp_example the example",
     "build/": "the C++ example: test_cpp_example",

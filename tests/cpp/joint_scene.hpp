@@ -116,7 +116,7 @@ struct Scene {
     std::vector<BodyImpulse> loads(model->bodies());
     place_joints(*model, bodies, state, joints);
     add_motor_loads(*model, joints, state.controls, options.h, loads);
-    make_free_velocities(*model, options.h, options.h, bodies, mobility, start, loads, true, free, spins);
+    make_free_velocities({*model, options.h, options.h, bodies, mobility, start, loads, true}, free, spins);
     rows.clear();
     append_joint_rows(*model, {bodies, mobility, start, free}, joints, state, options, rows);
   }

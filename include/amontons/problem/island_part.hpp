@@ -15,6 +15,15 @@ struct IslandPart {
   std::vector<std::size_t> rows;
   std::vector<Index> bodies;
   std::shared_ptr<ConstrainedBodies> trees;  // shared with the problem if it has any
+
+  // Rows of an array of the whole, and back.
+  void take(std::span<const double> whole, std::vector<double>& part) const {
+    part.resize(rows.size());
+    for (std::size_t k = 0; k < part.size(); ++k) part[k] = whole[rows[k]];
+  }
+  void put(std::span<const double> part, std::span<double> whole) const {
+    for (std::size_t k = 0; k < part.size(); ++k) whole[rows[k]] = part[k];
+  }
 };
 // The part of some blocks, ascending, of a ContactSystem, which must be whole islands. Bodies are free or of
 // trees. The arrays of `part`

@@ -120,10 +120,8 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 
 // docs/algorithm.md (2). Linear: v + k (g + f / m) over the kick k. Angular: I omega' = torque - omega x I
 // omega, where the mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
-void make_free_velocities(const Model& model, double h, double kick, const BodyFrames& frames,
-                          const BodyMobilities& mobility, const BodyVelocities& start,
-                          const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
-                          std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree) {
+void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins) {
+  const auto& [model, h, kick, frames, mobility, start, loads, damped, in_tree] = in;
   free = start;
   spins.resize(frames.size());
   const Vec3& gravity = model.description().gravity;

@@ -23,13 +23,21 @@ Vec3 torque_free_mean(const Mat3& inertia, const Vec3& omega, double h);
 // The pose of a body after motion with velocity v for h, which may be negative.
 Transform moved(const BodyFrame& body, const BodyVelocity& v, double h);
 
+// Bodies at the start of a step of length h, and the impulses of loads over the kick. `damped`: the inertia
+// that stiffening adds also acts as a damper. Bodies of trees (`in_tree`, per body; -1: none, or empty) have
+// no gyroscopic part here.
+struct FreeMotion {
+  const Model& model;
+  double h, kick;
+  const BodyFrames& frames;
+  const BodyMobilities& mobility;
+  const BodyVelocities& start;
+  const std::vector<BodyImpulse>& loads;
+  bool damped = false;
+  std::span<const Index> in_tree = {};
+};
 // v_free = v + kick g + M^-1 loads, and the mean of the torque-free rotation over h in place of omega.
-// `damped`: the inertia that stiffening adds also acts as a damper. Bodies of trees (`in_tree`, per body; -1:
-// none, or empty) have no gyroscopic part here.
-void make_free_velocities(const Model& model, double h, double kick, const BodyFrames& frames,
-                          const BodyMobilities& mobility, const BodyVelocities& start,
-                          const std::vector<BodyImpulse>& loads, bool damped, BodyVelocities& free,
-                          std::vector<GyroscopicSpin>& spins, std::span<const Index> in_tree = {});
+void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins);
 
 // The motion after the solve of a step. `start` are the velocities before it, `v` those after it, over h.
 // `ahead`, per body: the share of v - start that the velocities in the state are ahead of v.

@@ -120,6 +120,9 @@ void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, c
   renew(problem);
 }
 
+// The free velocities are known last: those of trees, and the turns of contacts, follow from the start, which
+// needs A. So b is not written with A.
+//
 // b = D v_free + c, of contacts in the frame of each. It includes the velocity of bodies that impulses do not
 // move, and of moving surfaces. Auxiliary bodies start at rest.
 void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "multibody/bodies/motion.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -81,10 +82,10 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
   return any ? std::span<const double>(impulse) : std::span<const double>();
 }
 
+// A contact foresees no faster turn.
 void slow_spins(const Model& model, const BodyVelocities& start, double h, BodyVelocities& v) {
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const double spin = norm(v[i].angular),
-                 most = std::max(norm(start[i].angular), step::policy.most_spin / h);
+    const double spin = norm(v[i].angular), most = std::max(norm(start[i].angular), resolved_turn / h);
     if (model.is_dynamic(static_cast<Index>(i)) && spin > most) v[i].angular = (most / spin) * v[i].angular;
   }
 }

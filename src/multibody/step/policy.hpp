@@ -82,9 +82,6 @@ struct Policy {
   // Sweeps (count): over the fixed contacts of a body in a corner; also rounds with spins limited in between.
   // Off: 0.
   int sweeps = 20;
-  // Turn (rad per step): limit of a spin that an unsolved step has made. A contact foresees no faster turn.
-  // Off: 1e30.
-  double most_spin = 0.5;
   // Overlap (allowed errors): bodies with joints would come apart, so they are stopped only if they would be
   // deeper at the end of the step.
   double deep_joint = 1e3;
@@ -107,8 +104,6 @@ struct Policy {
   // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
   // determinate.
   double remembered_sag = 0.9;
-  // Turn of a normal (rad in half a step): beyond it the body only passes by, and the contact does not turn.
-  double passing = 0.5;
   // Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
   // (test_turns).
   // Off: 1e30.

@@ -86,11 +86,8 @@ void keep_solved(const Problem& problem, Law law, double most, double rounding, 
 // The start and b of the islands that move: without new contacts, contacts that turn change b alone, and none
 // turns where all rest.
 void go_on(const Problem& problem, const std::vector<double>& x0, Rest& rest) {
-  rest.x0.resize(rest.part.rows.size());
-  for (std::size_t k = 0; k < rest.x0.size(); ++k) {
-    rest.x0[k] = x0[rest.part.rows[k]];
-    rest.part.problem.b[k] = problem.b[rest.part.rows[k]];
-  }
+  rest.part.take(x0, rest.x0);
+  rest.part.take(problem.b, rest.part.problem.b);
 }
 
 }  // namespace

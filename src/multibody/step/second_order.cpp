@@ -227,7 +227,7 @@ static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocitie
   // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
-  if (sine > elementary::sin(step::policy.passing) || dot(middle.normal, c.normal) < 0) return {};
+  if (sine > elementary::sin(resolved_turn) || dot(middle.normal, c.normal) < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
   if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
   double turn[3];
@@ -248,6 +248,7 @@ static double fastest_point(const std::vector<Contact>& contacts, const BodyVelo
   return fastest;
 }
 
+// A term within `least` of the last one changes nothing: the problem is then not solved again for it.
 bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
   // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones

@@ -185,10 +185,8 @@ static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solut
   const double tolerance = solver.simulation.tolerance;
   if (part.residual > tolerance && residual <= tolerance) part.status = Status::converged;
   part.residual = residual;
-  for (std::size_t k = 0; k < part.x.size(); ++k) {
-    s.x[rest.part.rows[k]] = part.x[k];
-    s.u[rest.part.rows[k]] = part.u[k];
-  }
+  rest.part.put(part.x, s.x);
+  rest.part.put(part.u, s.u);
   std::swap(s.x, part.x);
   std::swap(s.u, part.u);
   std::swap(s, part);

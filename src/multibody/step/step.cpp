@@ -72,6 +72,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
+  // Each kind of problem has a memory of its own, because it keeps the pattern of the last one.
   const auto solver = [&](Budget& share, Elimination& memory) {
     return StepSolver{options_, clock, share, memory, sums, speeds, step.held > 0};
   };

@@ -354,7 +354,7 @@ bool CentralCurve<System>::find_directions() {
   along_.dt = 1;
   if (!solve(F_, back_, 0) || !solve(F_t_, along_, 0)) return false;
   const double speed = norm(along_);
-  add(back_, std::max(-curve::policy.most_fall, -inner(back_, along_) / (speed * speed)), along_);
+  add(back_, std::max(-curve::policy.most_change, -inner(back_, along_) / (speed * speed)), along_);
   recover(back_, false);
   return true;
 }
@@ -369,7 +369,7 @@ double CentralCurve<System>::first_part(bool falls) {
   add(trial_, falls ? -1 : 1, along_);
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
-  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::policy.most_rise;
+  const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::policy.most_change;
   return std::min(part, c::policy.beyond * free);
 }
 

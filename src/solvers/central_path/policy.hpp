@@ -21,10 +21,9 @@ struct Policy {
 
   // Round numbers, whose neighbours are no better.
 
-  // Step (ratio of t): largest rise, because the curve bends away beyond.
-  double most_rise = 0.5;
-  // Step back (ratio of t): largest fall, for the same reason.
-  double most_fall = 0.5;
+  // Change (ratio of t): largest rise of a step, and largest fall of one back to the curve, because the curve
+  // bends away beyond.
+  double most_change = 0.5;
   // Step (relative): share that the boundary must leave, or else the step is halved.
   double least_free = 0.5;
   // Ratio of t (after a fold to before it): below it the step has jumped to another branch of the curve, on

@@ -64,7 +64,7 @@ using Hardness = std::tuple<double, std::size_t>;
 
 // Adds the sums of a part; status and reason are those of the hardest part.
 void add_part(Solution& total, const Solution& s, const IslandPart& part, double tolerance, Hardness& worst) {
-  for (std::size_t k = 0; k < part.rows.size(); ++k) total.x[part.rows[k]] = s.x[k];
+  part.put(s.x, total.x);
   add_counts(total, s);
   if (severity(s.status) > severity(total.status)) total.status = s.status;
   const Hardness hardness{s.residual > tolerance ? s.residual : 0, s.iterations};
@@ -108,8 +108,7 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Budget
     extract(problem, members[i], body_number, part);
     Options o = options;
     if (!options.x0.empty()) {
-      x0.clear();
-      for (std::size_t row : part.rows) x0.push_back(options.x0[row]);
+      part.take(options.x0, x0);
       o.x0 = x0;
     }
     // The remaining time and work are shared by size, so that a hard island cannot take all. A group has at

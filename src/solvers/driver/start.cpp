@@ -18,6 +18,7 @@ void measure_start(const Problem& problem, const Options& options, Solution& s) 
   s.residual = residual(problem, law_of(problem, options), s.x, s.u);
 }
 
+// Nothing else of an earlier solve whose arrays the start has goes on: no counts, phases or reason.
 Solution accepted(Solution start, const char* method) {
   Solution s;
   s.x = std::move(start.x);

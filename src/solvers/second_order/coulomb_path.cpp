@@ -6,6 +6,7 @@
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "solvers/central_path/central_curve.hpp"
 #include "solvers/central_path/curve_units.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -15,12 +16,6 @@ using Vector = std::vector<double>;
 
 // Products of a step: its solves, one of them refined, and the natural map at its end.
 constexpr std::size_t products_of_step = 3;
-// Residual below which a stall over that many steps is due to rounding: R' mixes digits (algorithm.md, 37).
-// Newton's method continues from there.
-constexpr double near_the_end = 1e-8;
-constexpr std::size_t most_stale = 6;
-constexpr double end_of_curve = 1e-25;
-
 // The problem as a System of the central curve. The linear system of a step, multiplied by R', is that of
 // ShiftedSystem with J = R'B T in place of I.
 class LargeSystem {
@@ -88,7 +83,7 @@ class CoulombPath : public VectorIterate {
  public:
   static constexpr const char* name = "interior-point";
   // Limits: 200 steps, stall window 40. Where the curve turns back the residual rises for some tens of steps.
-  static constexpr Limits limits{200, 40, 0};
+  static constexpr Limits limits{200, 40, 0};  // not tuned: defaults
 
   using VectorIterate::VectorIterate;
   double start(const Start&) {
@@ -99,8 +94,10 @@ class CoulombPath : public VectorIterate {
   std::optional<double> step() {
     monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
-    stale_ = monitor.improved() || curve_.t() > near_the_end ? 0 : stale_ + 1;
-    if (stale_ == most_stale || !curve_.step() || curve_.t() < end_of_curve) return std::nullopt;
+    stale_ = monitor.improved() || curve_.t() > second_order::policy.near_the_end ? 0 : stale_ + 1;
+    if (stale_ == second_order::policy.most_stale || !curve_.step() ||
+        curve_.t() < second_order::policy.end_of_curve)
+      return std::nullopt;
     return evaluate_iterate();
   }
 

@@ -28,6 +28,7 @@
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "solvers/second_order/coulomb_path.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -35,25 +36,13 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// Step (relative to the distance to the boundary). On the boundary the scaling does not exist, and a step
-// that ends much nearer leaves the next one no room.
-constexpr double fraction = 0.995;
-// Growth over the best residual that ends the path. While it converges the residual may rise for a few steps.
-// At the end W is all rounding, and the residual rises by many powers of ten.
-constexpr double lost_path = 1e4;
-// Least reference of that growth: a smaller best residual is rounding.
-constexpr double path_floor = 1e-12;
-// A shorter step comes from an iterate squeezed against the boundary; later steps would be as short.
-constexpr double shortest_step = 1e-4;
-// A starting point with a smaller eigenvalue is pushed inside.
-constexpr double start_margin = 1e-3;
 // A smaller scale would underflow when squared: b and the natural map at zero vanish, and x~ = x is used.
-constexpr double smallest_scale = 1e-145;
+constexpr double smallest_scale = 1e-145;  // not tuned: the root of the smallest number
 
 class InteriorPoint : public VectorIterate {
  public:
   static constexpr const char* name = "interior-point";
-  static constexpr Limits limits{200, 30, 0};
+  static constexpr Limits limits{200, 30, 0};  // not tuned: defaults, options may set others
 
   using VectorIterate::VectorIterate;
   double start(const Start&);
@@ -134,7 +123,8 @@ double InteriorPoint::start(const Start&) {
     barrier.start(part);
     barrier.worst(low_x, low_u);
   });
-  const double more_x = low_x < start_margin ? 1 - low_x : 0, more_u = low_u < start_margin ? 1 - low_u : 0;
+  const double more_x = low_x < second_order::policy.start_margin ? 1 - low_x : 0,
+               more_u = low_u < second_order::policy.start_margin ? 1 - low_u : 0;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.push(more_x, more_u); });
   form_x();
   return map_ = evaluate();
@@ -176,7 +166,7 @@ void InteriorPoint::solve(double target, bool corrector, int refinements) {
 // The largest t, equal for all blocks and both iterates. The step then also solves the linear equation: the
 // infeasibility A x + b - u shrinks by the factor 1 - t.
 double InteriorPoint::longest_step() {
-  double t = 1e30;
+  double t = 1e30;  // not tuned: beyond every step
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { t = std::min(t, barrier.longest_step()); });
   return t;
 }
@@ -190,7 +180,9 @@ double InteriorPoint::gap(double t) {
 
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual jumps, or the step collapses.
-  if (map_ / scale_ > lost_path * std::max(monitor.best(), path_floor)) return std::nullopt;
+  if (map_ / scale_ >
+      second_order::policy.lost_path * std::max(monitor.best(), second_order::policy.path_floor))
+    return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
   factor();
   // Predictor: the affine step to mu = 0. It gives the reduction of mu, sigma = (its gap over the present
@@ -202,8 +194,8 @@ std::optional<double> InteriorPoint::step() {
   // Corrector: to sigma mu, with that term, by the same factorisation. It is the final step, so it is refined
   // once.
   solve(ratio * ratio * ratio * mu, true, 1);
-  const double t = std::min(1.0, fraction * longest_step());
-  if (!(t > shortest_step)) return std::nullopt;
+  const double t = std::min(1.0, second_order::policy.fraction * longest_step());
+  if (!(t > second_order::policy.shortest_step)) return std::nullopt;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.move(t); });
   form_x();
   return map_ = evaluate();

@@ -32,25 +32,13 @@
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
 namespace {
 
 using Vector = std::vector<double>;
-
-// First-order iterations after a failed Newton step, doubled with every consecutive failure up to the
-// longest. 30 cost less than a factorisation. If the faces stay wrong, a factorisation every 2000 iterations
-// costs little.
-constexpr std::size_t shortest_burst = 30, longest_burst = 2000;
-// Halvings of a Newton step before the first-order method takes over. F is no gradient, and a step that fails
-// at an eighth of its length rarely succeeds at less.
-constexpr int halvings = 3;
-// A step must reduce the residual below this fraction of the current one; otherwise a burst achieves more.
-constexpr double sufficient = 0.9;
-// sigma = proximal |F| / |F(0)|, within the bounds. It vanishes with the residual, so that the steps become
-// Newton steps. The lower bound keeps the pivots of a singular A above rounding.
-constexpr double proximal = 1e-3, smallest_sigma = 1e-12, largest_sigma = 1e-6;
 
 // R = P^-1/2 V sqrt(q / (1 - q + sigma q)) with Q = V diag(q) V', row-major.
 template <int n>
@@ -83,8 +71,8 @@ class NewtonStep {
     R_.resize(system_.factor_size());
     for (Vector* v : {&F_, &work_, &Av_, &y_}) v->resize(problem.rows());
     if (law != Law::coulomb) return;
-    basis_.assign(krylov + 1, F_);
-    image_.assign(krylov, F_);
+    basis_.assign(second_order::krylov + 1, F_);
+    image_.assign(second_order::krylov, F_);
   }
 
   // dx at (x, u = A x + b).
@@ -108,13 +96,6 @@ class NewtonStep {
   }
 
  private:
-  // Size of the Krylov space (vectors, stored twice). A step with three correct digits reduces the residual
-  // by up to three digits. If 40 vectors do not give them, the burst after a failed step is a better use of
-  // the time.
-  static constexpr int krylov = 40;
-  // Residual (relative to the start of GMRES): where it stops, three digits.
-  static constexpr double krylov_tolerance = 1e-3;
-
   // y = (I - Q + sigma Q + Q P^-1 A)^-1 r: y = r + R zeta, (I + R'AR) zeta = R' ((1 - sigma) P r - A r).
   void solve_symmetric(const Vector& r, Vector& y, int refinements, Monitor& monitor) {
     product(problem_.A, r, work_);
@@ -161,14 +142,16 @@ class NewtonStep {
   // best combination of the first k, and dx = sum y_k z_k. Right preconditioning makes this residual the true
   // one. There is no restart.
   void gmres(const Vector& u, Vector& dx, Monitor& monitor) {
-    double H[krylov + 1][krylov], c[krylov], s[krylov], rhs[krylov + 1] = {};
+    double H[second_order::krylov + 1][second_order::krylov], c[second_order::krylov],
+        s[second_order::krylov], rhs[second_order::krylov + 1] = {};
     const double norm = std::sqrt(dot(F_, F_));
     std::fill(dx.begin(), dx.end(), 0.0);
     if (!(norm > 0)) return;
     for (std::size_t i = 0; i < dx.size(); ++i) basis_[0][i] = F_[i] / norm;
     rhs[0] = norm;
     int k = 0;
-    while (k < krylov && std::abs(rhs[k]) > krylov_tolerance * norm && !monitor.out_of_time()) {
+    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.krylov_precision * norm &&
+           !monitor.out_of_time()) {
       solve_symmetric(basis_[k], image_[k], 0, monitor);
       Vector& next = basis_[k + 1];
       apply_derivative(u, image_[k], next, monitor);
@@ -213,7 +196,7 @@ class NewtonStep {
 class Newton : public VectorIterate {
  public:
   static constexpr const char* name = "newton";
-  static constexpr Limits limits{1000, 60, 0};
+  static constexpr Limits limits{1000, 60, 0};  // not tuned: defaults
 
   using VectorIterate::VectorIterate;
 
@@ -226,10 +209,11 @@ class Newton : public VectorIterate {
   }
 
   std::optional<double> step() {
-    const double sigma = std::clamp(proximal * map_ / scale_, smallest_sigma, largest_sigma);
+    const double sigma = std::clamp(second_order::policy.proximal * map_ / scale_,
+                                    second_order::policy.least_proximal, second_order::policy.most_proximal);
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())
-      burst_ = shortest_burst;
+      burst_ = second_order::policy.shortest_burst;
     else
       first_order_phase();
     return map_;
@@ -240,12 +224,12 @@ class Newton : public VectorIterate {
   // because dx respects faces and not cones. If it returns true, x, u and the natural map are those of that
   // step.
   bool search() {
-    for (int k = 0; k <= halvings; ++k) {
+    for (int k = 0; k <= second_order::policy.halvings; ++k) {
       const double t = std::ldexp(1.0, -k);
       for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + t * dx_[i];
       project(problem.K, trial_, trial_);
       const double map = amontons::evaluate(problem, law_of(problem, options), trial_, trial_u_, monitor);
-      if (!(map < sufficient * map_)) continue;
+      if (!(map < second_order::policy.sufficient * map_)) continue;
       x.swap(trial_);
       u.swap(trial_u_);
       map_ = map;
@@ -266,14 +250,14 @@ class Newton : public VectorIterate {
     monitor.products += s.products;
     if (s.status == Status::interrupted) monitor.interrupt();
     x = std::move(s.x);
-    burst_ = std::min(2 * burst_, longest_burst);
+    burst_ = std::min(2 * burst_, second_order::policy.longest_burst);
     map_ = evaluate();
   }
 
   std::optional<NewtonStep> newton_;
   // The natural map at zero and at x.
   double scale_ = 1, map_ = 0;
-  std::size_t burst_ = shortest_burst;
+  std::size_t burst_ = second_order::policy.shortest_burst;
   Vector dx_, trial_, trial_u_;
 };
 

@@ -143,24 +143,29 @@ def test_bad_input_of_the_writer(tmp_path):
 # Breaks when files that are no recordings, or damaged ones, give anything but one sentence with their name.
 def test_bad_files(tmp_path):
     sim = simulation(boxes=1)
-    good, text, saved, damaged, newer = (
-        tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new")
+    good, text, saved, damaged, newer, descends = (
+        tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new", "descends")
     )
     with amontons.record(good, sim) as recorder:
         recorder.add(sim.step())
     text.write_text("no HDF5")
     sim.save(saved)
-    for path in (damaged, newer):
+    for path in (damaged, newer, descends):
         path.write_bytes(good.read_bytes())
     with h5py.File(damaged, "a") as file:
         del file["frames/positions"]
     with h5py.File(newer, "a") as file:
         file["version"][...] = 99
+    with h5py.File(descends, "a") as file:
+        offsets = file["contacts/offsets"][...]
+        assert offsets[0] < offsets[-1]
+        file["contacts/offsets"][...] = offsets[::-1]
     for path, message in (
         (text, "is no HDF5 file"),
         (saved, "is no recording"),
         (damaged, "/frames/positions is missing"),
         (newer, "version 99"),
+        (descends, "/contacts/offsets must ascend"),
         (tmp_path, "is a directory"),
     ):
         with pytest.raises(amontons.FileError, match=message) as caught:
