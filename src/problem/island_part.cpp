@@ -117,6 +117,7 @@ class Extraction {
     }
     part_.trees->body = trees.body;
     sub_->constrained = part_.trees;
+    // If its rows move bodies of trees alone, the product of the part needs no sweep over bodies.
     sub_->half.whole = trees.body.size() == part_.bodies.size();
   }
 
@@ -143,9 +144,6 @@ class Extraction {
   // Rows of D M^-1/2 depend on nothing but the row and its tree: they are copied and not made again.
   void take_half_rows(const std::vector<Index>& number) {
     HalfRows& half = sub_->half;
-    // A part has some of the rows of the whole. So if those move bodies of trees alone, these do too, and the
-    // product of the part needs no sweep over bodies either.
-    half.whole = A_.half.whole;
     half.first.assign(1, 0);
     for (const std::size_t row : part_.rows) {
       for (std::size_t i = A_.half.first[row]; i < A_.half.first[row + 1]; ++i) {
