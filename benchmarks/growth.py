@@ -6,6 +6,10 @@ Writes growth.csv, a row per family, size and engine: ours at two tolerances, an
 settings where it is installed; and the figure growth.png. The exponent of a family is the slope of log(time)
 over log(size) by least squares. All run in turns on one core; an engine leaves a family once a step takes too
 long.
+
+Writes stages.csv too: spheres with friction in a box, of about a thousand to a million contacts, and the
+microseconds per contact of our collision, assembly, integration and solve; the last also per product. These
+are wall clock, so that they hold on an idle core only. --only stages measures nothing else.
 """
 
 from __future__ import annotations
@@ -34,6 +38,11 @@ LIMIT, QUICK_LIMIT = 60.0, 1.0
 LONG = 0.2
 """s a step, from which on an engine gets no larger size of a family; ours at 1e-3 gets all."""
 PARTS = 5
+TOLERANCE = 1e-3
+"""of the steps that are divided into stages"""
+STAGES = ("collision", "assembly", "integration", "solve")
+STAGED = (300, 3_000, 30_000, 300_000)
+"""Spheres whose step is divided into stages; a sample has the first two."""
 Row = dict[str, Any]
 
 
@@ -122,6 +131,31 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
     ]  # fmt: skip
 
 
+def staged(count: int, before: int = 20, steps: int = 5) -> Row:
+    """Microseconds per contact of each stage of a step to 1e-3: medians over steps of a settling pile."""
+    model = amontons.scenes.get("spheres_in_box").make(count=count, mu=0.5)
+    sim = amontons.Simulation(model, dt=1e-2, tolerance=TOLERANCE, threads=1)
+    for _ in range(before):
+        sim.step()
+    reports = [sim.step() for _ in range(steps)]
+    row: Row = {"spheres": count, "contacts": median(r.contacts for r in reports)}
+    for stage in STAGES:
+        row[stage] = median(1e6 * getattr(r.timings, stage) / max(r.contacts, 1) for r in reports)
+    row["products"] = median(r.products for r in reports)
+    row["solve_per_product"] = row["solve"] / max(row["products"], 1)
+    row["missed"] = sum(r.residual > TOLERANCE for r in reports)
+    return row
+
+
+def write_stages(folder: Path, sizes: Iterable[int]) -> None:
+    rows = []
+    for count in sizes:
+        rows.append(staged(count))
+        write_csv(folder / "stages.csv", rows)
+        cells = ", ".join(f"{stage} {rows[-1][stage]:.2f}" for stage in STAGES)
+        print(f"growth: {count} spheres, {rows[-1]['contacts']:.0f} contacts, us a contact: {cells}")
+
+
 def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
     """The slope of log(time) over log(size) by least squares."""
     points = [(float(r["size"]), float(r["step"])) for r in rows if r["step"] != ""]
@@ -189,6 +223,10 @@ def main() -> None:
             late = {r["engine"] for r in found if r["over"] or r["step"] > LONG} - {"amontons, 1e-3"}
             chosen = [e for e in chosen if e.name not in late]
             write_csv(options.out / "growth.csv", rows)
+    if not options.only or "stages" in options.only:
+        write_stages(options.out, STAGED[:2] if options.quick else STAGED)
+    if not rows:
+        return
     fitted = exponents(rows)
     write_csv(options.out / "exponents.csv", fitted)
     draw(rows, options.figures / "growth.png")

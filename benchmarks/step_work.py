@@ -4,11 +4,13 @@
                                    [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
 
 Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
-corners and on a height field, which the script builds. Controls are random and constant, within a quarter of
-their range.
+corners, on a height field and beside a pile, which the script builds. Controls are random and constant,
+within a quarter of their range.
 
-A row per model and stage: thousands of instructions per step. A stage is the sum of functions (STAGES), each
-with all that it calls; "step" is the whole. --functions lists all functions of the library with at least 1 %
+A row per model and stage: thousands of instructions per step, and those of MuJoCo (defaults, same step and
+controls) for MJCF. A stage is the sum of functions (STAGES), each with all that it calls; "step"
+is the whole, "rest" what no stage has. Bytes that are copied by "rep movs" count as an instruction each.
+--functions lists all functions of the library with at least 1 %
 of the step instead. --beside prints the ratio to the rows of an earlier run. --program takes the program of
 another build. Needs valgrind, and the program: cmake --build build/python --target step_work.
 """
@@ -20,12 +22,14 @@ import math
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import amontons
 import numpy as np
@@ -42,22 +46,59 @@ SHARE = 0.25
 LEAST = 0.01
 """of a step: functions with less are not listed"""
 WHOLE = "counted_steps"
-STAGES = {
-    "frames": ("place_bodies", "update_coordinates", "place_joints"),
-    "free velocities": ("make_free_velocities",),
-    "collision": ("ContactFinder::find",),
-    "look ahead": ("ContactFinder::find_unforeseen", "ContactFinder::find_middles"),
-    "positions": ("correct_positions",),
-    "joint rows": ("append_joint_rows",),
-    "assembly": ("assemble",),
-    "solve": ("solve_step",),
-    "motion": ("integrate",),
-}
+STAGES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "frames, M": (
+        ("place_trees", "place_bodies", "begin_in_the_middle", "update_coordinates", "place_joints",
+         "place_tree_joints", "make_tree_masses"),
+        ("mj_fwdKinematics", "mj_makeM", "mj_factorM"),
+    ),
+    "free velocities": (
+        ("make_free_velocities", "add_actuator_loads", "add_fluid_loads", "add_motor_loads"),
+        ("mj_fwdVelocity", "mj_fwdActuation", "mj_fwdAcceleration", "mj_transmission"),
+    ),
+    "collision": (("ContactFinder::find",), ("mj_collision",)),
+    "positions": (("correct",), ()),
+    "impacts, stiffening": (("resolve_impacts", "end_impacts"), ()),
+    "rows": (
+        ("append_joint_rows", "reflect_joints", "assemble", "warm_start_contacts"),
+        ("mj_makeConstraint", "mj_projectConstraint", "mj_referenceConstraint", "mj_island"),
+    ),
+    "second order": (("turn_contacts", "foresee_tree_velocities", "change_free"), ()),
+    "solve": (("find_rest", "solve_beside"), ("mj_fwdConstraint",)),
+    "look ahead": (("ContactFinder::find_unforeseen",), ()),
+    "energy balance": (("balance_of",), ()),
+    "motion": (("move_on",), ("mj_implicitSkip", "mj_EulerSkip", "mj_RungeKutta")),
+    "copies, checks, report": (
+        ("State::operator=", "validate", "begin_with_velocities", "Simulation::keep_results",
+         "Simulation::note_touching", "Simulation::finish_report", "add_part"),
+        ("mj_checkPos", "mj_checkVel", "mj_checkAcc", "mj_sensorPos", "mj_sensorVel", "mj_sensorAcc",
+         "mj_energyPos", "mj_energyVel"),
+    ),
+}  # fmt: skip
+"""Our functions, and MuJoCo's."""
+THEIR_STEP = "mj_step"
+THEIR_STEPS = """
+import sys
+import mujoco
+
+file, dt, before, steps, *controls = sys.argv[1:]
+model = mujoco.MjModel.from_xml_path(file)
+model.opt.timestep = float(dt)
+data = mujoco.MjData(model)
+data.ctrl[: len(controls)] = [float(value) for value in controls][: model.nu]
+for _ in range(int(before)):
+    mujoco.mj_step1(model, data)
+    mujoco.mj_step2(model, data)
+for _ in range(int(steps)):
+    mujoco.mj_step(model, data)
+"""
+"""Callgrind collects in mj_step alone, which the steps before those that count do not call."""
 ROBOTS = (
     "unitree_go1/scene.xml", "mujoco/humanoid/humanoid.xml", "dm_walkers/humanoid_CMU_V2020.xml",
-    "shadow_hand/scene_right.xml", "ufactory_xarm7/scene.xml", "bullet3/kuka_iiwa/model.urdf",
-    "bullet3/quadruped/minitaur.urdf", "example-robot-data/robots/laikago_description/urdf/laikago.urdf",
-    "gymnasium/swimmer.xml",
+    "shadow_hand/scene_right.xml", "ufactory_xarm7/scene.xml", "dm_suite/quadruped.xml", "dm_suite/fish.xml",
+    "gymnasium/pusher_v5.xml", "mujoco/sleep/dominos.xml", "gymnasium/ant.xml", "gymnasium/swimmer.xml",
+    "bullet3/kuka_iiwa/model.urdf", "bullet3/quadruped/minitaur.urdf",
+    "example-robot-data/robots/laikago_description/urdf/laikago.urdf",
 )  # fmt: skip
 Row = dict[str, object]
 
@@ -80,9 +121,27 @@ def bumps(points: int) -> HeightField:
     return HeightField(0.02 * np.random.default_rng(points).random((points, points)), 4.0, 4.0)
 
 
+def beside_a_pile(trees: Literal["auto", "none"], high: int = 3) -> amontons.Model:
+    """A body on four wheels, which touch nothing but the floor, beside a pile of cubes that slides."""
+    builder = amontons.ModelBuilder(trees=trees)
+    add_robot(builder, Cylinder(0.1, 0.03), 0.13, Plane())
+    rng = np.random.default_rng(high)
+    for x, y, z in np.ndindex(high, high, high):
+        corner = np.array((2 + 0.21 * x, 0.21 * y, 0.11 + 0.21 * z)) + 0.02 * rng.random(3)
+        builder.add_body(
+            shape=Box((0.1, 0.1, 0.1)), density=500.0, position=tuple(corner), linear_velocity=(2, 0, 0)
+        )
+    return builder.build()
+
+
 def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
-    """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
     builder = amontons.ModelBuilder()
+    add_robot(builder, foot, height, ground)
+    return builder.build()
+
+
+def add_robot(builder: amontons.ModelBuilder, foot: Shape, height: float, ground: Shape) -> None:
+    """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
     builder.add_geom(None, ground)
     trunk = builder.add_body(shape=Box((0.4, 0.2, 0.05)), density=300.0, position=(0, 0, height + 0.2))
     for x, y in ((-0.4, -0.3), (-0.4, 0.3), (0.4, -0.3), (0.4, 0.3)):
@@ -90,7 +149,6 @@ def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
         turn = (math.sqrt(0.5), math.sqrt(0.5), 0, 0) if isinstance(foot, Cylinder) else (1.0, 0, 0, 0)
         end = builder.add_body(shape=foot, density=1000.0, position=(x, y, height), orientation=turn)
         builder.add_revolute_joint(trunk, end, point=(x, y, height), axis=(0, 1, 0), damping=0.5)
-    return builder.build()
 
 
 SCENES: dict[str, Callable[[], amontons.Model]] = {
@@ -100,6 +158,8 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "feet of 500 corners on 100 x 100 heights": lambda: on_feet(500, bumps(100)),
     "feet of 500 corners on a slab": lambda: on_feet(500, Box((2.0, 2.0, 1e-3))),
     "wheels on 100 x 100 heights": partial(on_wheels, 100),
+    "wheels in a tree beside a pile": partial(beside_a_pile, "auto"),
+    "wheels on rows beside a pile": partial(beside_a_pile, "none"),
 }
 
 
@@ -125,21 +185,47 @@ def profile(name: str, model: amontons.Model, options: argparse.Namespace) -> Pa
     """Writes callgrind's profile of the counted steps to options.folder; or what went wrong."""
     file, out = options.folder / "model.json", options.folder / "profile"
     amontons.write_model(model, file)
+    return collected(WHOLE, out, (options.program, file), name, model, options)
+
+
+def their_profile(name: str, model: amontons.Model, options: argparse.Namespace) -> Path | None:
+    """The same of MuJoCo's steps; None if the model is no MJCF file."""
+    path = Path(name) if Path(name).is_file() else options.data / "robots" / name
+    if path.suffix != ".xml" or not path.is_file():
+        return None
+    out = options.folder / "their_profile"
+    made = collected(
+        THEIR_STEP, out, (sys.executable, "-c", THEIR_STEPS, path.resolve()), name, model, options
+    )
+    return made if isinstance(made, Path) else None
+
+
+def collected(
+    within: str,
+    out: Path,
+    program: Sequence[object],
+    name: str,
+    model: amontons.Model,
+    options: argparse.Namespace,
+) -> Path | str:
+    """callgrind's profile of what a program does in one function, or the last line of its errors."""
     command = [
-        "valgrind", "--tool=callgrind", f"--toggle-collect={WHOLE}", f"--callgrind-out-file={out}",
-        options.program, file, options.dt, BEFORE, options.steps, *controls(model, zlib.crc32(name.encode())),
+        "valgrind", "--tool=callgrind", f"--toggle-collect={within}", f"--callgrind-out-file={out}",
+        *program, options.dt, BEFORE, options.steps, *controls(model, zlib.crc32(name.encode())),
     ]  # fmt: skip
-    ended = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    ended = subprocess.run(list(map(str, command)), capture_output=True, text=True, cwd=options.folder)
     return ended.stderr.strip().splitlines()[-1] if ended.returncode else out
 
 
 def inclusive_costs(profile: Path) -> dict[str, int]:
-    """Instructions of each function of the library with what it calls, summed over overloads."""
+    """Instructions of each function of a library with what it calls, summed over overloads."""
     command = ["callgrind_annotate", "--inclusive=yes", "--threshold=100", "--show-percs=no", str(profile)]
     text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     costs: dict[str, int] = {}
     for line in text.splitlines():
-        found = re.match(r"\s*([\d,]+)\s+[^:]*:(?:void )?(amontons::.*?|counted_steps)(?: \[\S*\])?$", line)
+        found = re.match(
+            r"\s*([\d,]+)\s+[^:]*:(?:void )?(amontons::.*?|counted_steps|mj_\w+)(?: \[\S*\])?$", line
+        )
         if found:
             name = plain(found[2])
             costs[name] = costs.get(name, 0) + int(found[1].replace(",", ""))
@@ -154,26 +240,36 @@ def plain(function: str) -> str:
     return name.split("(")[0].removeprefix("amontons::")
 
 
-def rows_of(name: str, costs: dict[str, int], options: argparse.Namespace) -> Iterator[Row]:
-    parts = {stage: sum(costs.get(f, 0) for f in functions) for stage, functions in STAGES.items()}
+def stages(costs: dict[str, int], whole: str, ours: bool) -> dict[str, int]:
+    sums = {stage: sum(costs.get(f, 0) for f in parts[0 if ours else 1]) for stage, parts in STAGES.items()}
+    return {"step": costs[whole], **sums, "rest": costs[whole] - sum(sums.values())}
+
+
+def rows_of(
+    name: str, costs: dict[str, int], theirs: dict[str, int] | None, options: argparse.Namespace
+) -> Iterator[Row]:
+    parts = stages(costs, WHOLE, ours=True)
     if options.functions:
-        parts = {f: c for f, c in costs.items() if f != WHOLE and c >= LEAST * costs[WHOLE]}
-        parts = dict(sorted(parts.items(), key=lambda part: -part[1]))
-    for part, cost in {"step": costs[WHOLE], **parts}.items():
-        yield {"model": name, "part": part, "thousands": 1e-3 * cost / options.steps}
+        listed = {f: c for f, c in costs.items() if f != WHOLE and c >= LEAST * costs[WHOLE]}
+        parts = {"step": costs[WHOLE], **dict(sorted(listed.items(), key=lambda part: -part[1]))}
+    beside = stages(theirs, THEIR_STEP, ours=False) if theirs else {}
+    for part, cost in parts.items():
+        mujoco = 1e-3 * beside[part] / options.steps if part in beside else None
+        yield {"model": name, "part": part, "thousands": 1e-3 * cost / options.steps, "mujoco": mujoco}
 
 
 def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
-    """A line per part and a column per model, with the ratio to the other run."""
+    """A line per part and a column per model, beside MuJoCo's, and the ratio to the other run."""
     names = list(dict.fromkeys(str(row["model"]) for row in rows))
     cells: dict[str, dict[str, str]] = {}
     for row in rows:
         model, part, cost = str(row["model"]), str(row["part"]), float(str(row["thousands"]))
         other = beside.get((model, part), 0.0)
-        text = f"{cost:.1f}" + (f" ({cost / other:.2f})" if other else "")
+        mujoco = "" if row["mujoco"] is None else f" / {float(str(row['mujoco'])):.1f}"
+        text = f"{cost:.1f}{mujoco}" + (f" ({cost / other:.2f})" if other else "")
         cells.setdefault(part, {})[model] = text
     table = Table(box=None, header_style="bold", padding=(0, 1))
-    table.add_column("thousands of instructions per step")
+    table.add_column("thousands of instructions per step, ours / MuJoCo's")
     for name in names:
         table.add_column(name.removesuffix("/scene.xml").split("/")[-1], justify="right")
     for part, line in cells.items():
@@ -221,13 +317,16 @@ def main() -> None:
             warnings.simplefilter("ignore")
             options.folder = Path(folder)
             try:
-                out = profile(name, make(), options)
+                model = make()
+                out = profile(name, model, options)
             except (amontons.InputError, OSError) as error:
                 out = str(error)
             if isinstance(out, str):
                 print(f"step_work: {name}: skipped, {' '.join(out.split())[:200]}")
             else:
-                rows += rows_of(name, inclusive_costs(out), options)
+                beside = their_profile(name, model, options)
+                theirs = inclusive_costs(beside) if beside else None
+                rows += rows_of(name, inclusive_costs(out), theirs, options)
     earlier = read_csv(options.beside) if options.beside else []
     show(rows, {(row["model"], row["part"]): float(row["thousands"]) for row in earlier})
     write_csv(options.out / "step_work.csv", rows)

@@ -146,7 +146,9 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
   }
 }
 
-// w = M^-1 w for free bodies; constrained bodies move as their joints allow.
+// w = M^-1 w for free bodies; constrained bodies move as their joints allow. Those of a linkage are left out
+// of the loop over free bodies, because their velocities are known already. Other maps do not say which
+// bodies they move until they are called.
 void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates) {
   static thread_local std::vector<double> held;
   if (A.constrained && rates) {
@@ -157,7 +159,9 @@ void apply_masses(const ContactSystem& A, std::span<double> w, const double* rat
     for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
     A.constrained->apply(held.data());
   }
+  const Linkage* trees = A.constrained ? A.constrained->linkage.get() : nullptr;
   for (std::size_t i = 0; i < A.bodies.size(); ++i) {
+    if (trees && trees->place_of(static_cast<Index>(i)) >= 0) continue;
     double v[6];
     A.bodies.apply(i, &w[6 * i], v);
     std::copy(v, v + 6, &w[6 * i]);
@@ -216,11 +220,14 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
 namespace {
 
 // diag(A) from the rows of D M^-1/2 on trees and the parts of free bodies. A light link that carries heavy
-// ones counts with the mass that an impulse on it feels, not with its own.
+// ones counts with the mass that an impulse on it feels, not with its own. If the rows move bodies of trees
+// alone, the second part is zero, and no row of D is formed for it.
 void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<double> d) {
   std::size_t row = 0;
-  const auto add = [&](double E, const JacobianRow& j) {
-    double sum = E + effective_inverse_mass(A.bodies, trees.without_trees(j));
+  const auto of_free_bodies = [&](const JacobianRow& j) {
+    return effective_inverse_mass(A.bodies, trees.without_trees(j));
+  };
+  const auto add = [&](double sum) {
     for (std::size_t k = A.half.first[row]; k < A.half.first[row + 1]; ++k)
       sum += A.half.value[k] * A.half.value[k];
     d[row++] = sum;
@@ -228,9 +235,11 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
   for (std::size_t i = 0; i < A.contacts.size(); ++i) {
     const ContactBasis basis(A.contacts[i]);
     for (int k = 0; k < A.contacts[i].rows; ++k)
-      add(A.contact_compliance[i], jacobian_row(A.contacts[i], basis, k));
+      add(A.contact_compliance[i] +
+          (A.half.whole ? 0 : of_free_bodies(jacobian_row(A.contacts[i], basis, k))));
   }
-  for (std::size_t i = 0; i < A.jacobian.size(); ++i) add(A.compliance[i], A.jacobian[i]);
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
+    add(A.compliance[i] + (A.half.whole ? 0 : of_free_bodies(A.jacobian[i])));
 }
 
 // The half rows of n rows of D on the same bodies, one behind the other.

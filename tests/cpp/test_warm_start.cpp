@@ -1,9 +1,12 @@
 // Which impulses of the last step the contacts of this one start from.
+#include <algorithm>
 #include <initializer_list>
 
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "check.hpp"
+#include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/warm_start.hpp"
+#include "problems.hpp"
 
 using namespace amontons;
 
@@ -66,4 +69,81 @@ TEST(no_impulse_is_taken_twice) {
          std::vector<double>{2, 3}));
   CHECK((pair.normals({pair.at(0, 2)}, {pair.at(1e-3), pair.at(2e-3)}) == std::vector<double>{2, 0}));
   CHECK((pair.normals({pair.at(-0.1, 2)}, {pair.at(0), pair.at(0.1)}) == std::vector<double>{0, 0}));
+}
+
+namespace {
+
+// Contacts of a pile in the order of a search: pairs ascend before the fixed geom 0 becomes the second one.
+// Some pairs occur again at the end, as contacts that were added later do.
+std::vector<Contact> contacts_of_a_pile(Index geoms) {
+  std::vector<Contact> contacts;
+  small::Random random(3);
+  const auto add = [&](Index a, Index b) {
+    Contact c = contact_between(a - 1, b - 1, {}, {}, {0, 0, 1});
+    c.geom_a = a;
+    c.geom_b = b;
+    contacts.push_back(c);
+  };
+  for (Index a = 1; a < geoms; ++a)
+    if (random.uniform(0, 1) < 0.5) add(a, 0);
+  for (Index a = 1; a < geoms; ++a)
+    for (Index b = a + 1; b < geoms; ++b)
+      if (random.uniform(0, 1) < 0.3) add(a, b);
+  for (Index a = 1; a + 1 < geoms; a += 7) add(a, a + 1);
+  return contacts;
+}
+
+}  // namespace
+
+// Fails if the sort in linear time loses a contact, or changes the order within a pair.
+TEST(pairs_are_sorted_as_by_a_stable_sort) {
+  std::vector<Contact> contacts = contacts_of_a_pile(40);
+  contacts.push_back(contact_between(0, world, {}, {}, {0, 0, 1}));  // without geoms
+  std::vector<PairKey> keys, expected;
+  sort_by_pair(contacts, keys, [](std::size_t i) { return i % 5 != 0; });
+  for (std::uint32_t i = 0; i < contacts.size(); ++i)
+    if (i % 5 != 0) expected.push_back({pair_of(contacts[i]), i});
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](const PairKey& a, const PairKey& b) { return a.pair < b.pair; });
+  CHECK(keys.size() == expected.size());
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    CHECK(keys[k].pair == expected[k].pair);
+    CHECK(keys[k].contact == expected[k].contact);
+  }
+}
+
+// Fails if the search that goes on from the last pair passes by a pair, or stays behind one.
+TEST(each_pair_of_a_pile_finds_its_impulse) {
+  constexpr Index geoms = 40;
+  ModelDescription d;
+  d.geoms.resize(geoms);
+  d.geoms[0].shape = Plane{};
+  for (Index g = 1; g < geoms; ++g) {
+    d.bodies.emplace_back();
+    d.bodies.back().mass = 1;
+    d.bodies.back().inertia = Mat3::diagonal(1, 1, 1);
+    d.geoms[static_cast<std::size_t>(g)].body = g - 1;
+    d.geoms[static_cast<std::size_t>(g)].shape = Sphere{0.1};
+  }
+  const Model model(d);
+  BodyFrames frames;
+  BodyMobilities mobility;
+  BodyVelocities velocities;
+  place_bodies(model, initial_state(model), frames, mobility, velocities);
+  std::vector<Contact> now = contacts_of_a_pile(geoms), last;
+  std::vector<PairKey> keys;
+  sort_by_pair(now, keys, [](std::size_t i) { return i % 3 != 0; });
+  for (const PairKey& key : keys) {
+    if (!last.empty() && pair_of(last.back()) == key.pair) continue;
+    last.push_back(now[key.contact]);
+    last.back().impulse = {0, 0, 1.0 + key.pair.first + geoms * key.pair.second};
+  }
+  now.resize(now.size() - 6);  // one contact per pair
+  std::vector<double> x0;
+  warm_start_contacts(model, last, 1, frames, now, x0);
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto was = std::find_if(last.begin(), last.end(),
+                                  [&](const Contact& c) { return pair_of(c) == pair_of(now[i]); });
+    CHECK(x0[3 * i] == (was == last.end() ? 0 : was->impulse.z));
+  }
 }

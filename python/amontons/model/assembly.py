@@ -103,6 +103,11 @@ class Assembly:
     """Blocks that touch over faces, some of them supports.
 
     Raises InputError for two blocks of one name.
+
+    >>> from amontons.studies import read_assembly
+    >>> arch = read_assembly(examples.path("arch.obj"), unit="m", up="z")
+    >>> len(arch.blocks), arch.supports == arch.with_supports("lowest").supports
+    (17, True)
     """
 
     blocks: tuple[Block, ...]

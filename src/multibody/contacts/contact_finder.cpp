@@ -108,18 +108,26 @@ bool has_edges(const Shape& shape) {
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;
 
-// Poses of bodies after a time t with the velocities of a reach.
+// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
+// pose is found once.
 struct Later {
   const Reach& reach;
   double t;
-  Later(const Reach& r, double time) : reach(r), t(time) {}
+  std::vector<std::optional<Transform>>& poses;
+  Later(const Reach& r, double time, std::vector<std::optional<Transform>>& memory)
+      : reach(r), t(time), poses(memory) {
+    poses.assign(reach.bodies.size(), std::nullopt);
+  }
 
   double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
   Vec3 centre(Index body) const {
     return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
   }
   Transform frame(const Geom& geom) const {
-    return geom.body < 0 ? geom.frame : moved(reach.bodies[geom.body], reach.v[geom.body], t) * geom.frame;
+    if (geom.body < 0) return geom.frame;
+    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
+    if (!pose) pose = moved(reach.bodies[geom.body], reach.v[geom.body], t);
+    return *pose * geom.frame;
   }
 };
 
@@ -352,7 +360,7 @@ void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
 const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
                                                           const std::vector<Contact>& contacts) {
   middles_.clear();
-  const Later half(reach, 0.5 * reach.h);
+  const Later half(reach, 0.5 * reach.h, later_);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
@@ -400,7 +408,7 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
 // pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
 // pair's rows are known: the rows remove an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  const Later later(reach, reach.h);
+  const Later later(reach, reach.h, later_);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   // One search per pair; the first of its contacts provides the data that all share.
   for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {

@@ -63,6 +63,7 @@ class ContactFinder {
 
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
+  std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
   std::vector<Aabb> boxes_;
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {

@@ -25,14 +25,33 @@ struct PairKey {
   bool operator<(const PairKey& o) const { return std::tie(pair, contact) < std::tie(o.pair, o.contact); }
 };
 
+// Sorts by pair in linear time and stably: by the second geom, then by the first. The least number of a geom
+// is -1, that of contacts made without geoms. `sorted` and `start` are scratch.
+inline void sort_stably(std::vector<PairKey>& keys, std::vector<PairKey>& sorted,
+                        std::vector<std::uint32_t>& start) {
+  Index last = 0;
+  for (const PairKey& key : keys) last = std::max({last, key.pair.first, key.pair.second});
+  sorted.resize(keys.size());
+  const auto pass = [&](auto geom, const std::vector<PairKey>& from, std::vector<PairKey>& to) {
+    start.assign(static_cast<std::size_t>(last + 3), 0);
+    for (const PairKey& key : from) ++start[static_cast<std::size_t>(geom(key) + 2)];
+    for (std::size_t g = 1; g < start.size(); ++g) start[g] += start[g - 1];
+    for (const PairKey& key : from) to[start[static_cast<std::size_t>(geom(key) + 1)]++] = key;
+  };
+  pass([](const PairKey& key) { return key.pair.second; }, keys, sorted);
+  pass([](const PairKey& key) { return key.pair.first; }, sorted, keys);
+}
+
 // Keys of the contacts that satisfy keep(i), sorted by pair. Within a pair they keep the order of discovery,
 // so that results do not depend on the sort.
 template <class Keep>
 void sort_by_pair(const std::vector<Contact>& contacts, std::vector<PairKey>& keys, Keep&& keep) {
+  static thread_local std::vector<PairKey> sorted;  // kept: a step allocates nothing
+  static thread_local std::vector<std::uint32_t> start;
   keys.clear();
   for (std::uint32_t i = 0; i < contacts.size(); ++i)
     if (keep(i)) keys.push_back({pair_of(contacts[i]), i});
-  if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
+  if (!std::is_sorted(keys.begin(), keys.end())) sort_stably(keys, sorted, start);
 }
 
 // The keys of one pair, from the keys of all.

@@ -87,19 +87,39 @@ void match(const Model& model, std::span<const Contact> last, const Transform& t
   }
 }
 
-// Calls f(i, last contact that matches contacts[i]) for all matched contacts. Contacts are ordered by pairs.
+// The first of the contacts from `from` on, ordered by pairs, whose pair is not before `pair`. Steps double
+// until they pass the pair (Bentley and Yao, 1976), and a bisection of the last step follows.
+//
+// Records of contacts are large: a bisection over all of them misses the cache in nearly every step. Pairs of
+// a search ascend, except where a fixed geom became the second one and where contacts were added later. So
+// most pairs lie a few records behind the last one: k records take 2 log2(k) comparisons.
+std::vector<Contact>::const_iterator find_pair(std::vector<Contact>::const_iterator from,
+                                               std::vector<Contact>::const_iterator end,
+                                               const std::pair<Index, Index>& pair) {
+  const auto before = [&](const Contact& c) { return pair_of(c) < pair; };
+  std::ptrdiff_t step = 1;
+  while (step < end - from && before(from[step])) {
+    from += step;
+    step *= 2;
+  }
+  return std::partition_point(from, std::min(from + step, end), before);
+}
+
+// Calls f(i, last contact that matches contacts[i]) for all matched contacts. Contacts are ordered by pairs,
+// those of the last step ascending: the search goes on from the last pair where pairs ascend.
 template <class F>
 void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
                     const std::vector<Contact>& contacts, F&& f) {
   static thread_local std::vector<Match> matches;
   static thread_local std::vector<std::size_t> was;
+  auto first = last.begin();
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
     const std::size_t end = end_of_pair(contacts, i);
-    const auto first =
-        std::partition_point(last.begin(), last.end(), [&](const Contact& c) { return pair_of(c) < pair; });
-    const auto after =
-        std::partition_point(first, last.end(), [&](const Contact& c) { return pair_of(c) == pair; });
+    const bool ascends = i > 0 && pair_of(contacts[i - 1]) < pair;
+    first = find_pair(ascends ? first : last.begin(), last.end(), pair);
+    auto after = first;
+    while (after != last.end() && pair_of(*after) == pair) ++after;
     if (first != after)
       match(model, std::span(&*first, static_cast<std::size_t>(after - first)),
             inverse(bodies[contacts[i].body_a].pose), std::span(contacts).subspan(i, end - i), matches, was);

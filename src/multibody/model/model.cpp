@@ -106,7 +106,10 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   for (const PairMaterial& p : d_.pair_materials)
     if (p.always) always_.push_back(ordered(p.geom_a, p.geom_b));
   std::sort(always_.begin(), always_.end());
-  for (const Geom& geom : d_.geoms) rest_offset_.push_back(geom.material.rest_offset);
+  for (const Geom& geom : d_.geoms) {
+    filters_.push_back({geom.body, geom.category, geom.mask, is_dynamic(geom.body)});
+    rest_offset_.push_back(geom.material.rest_offset);
+  }
   for (const PairMaterial& p : d_.pair_materials)
     for (Index g : {p.geom_a, p.geom_b}) rest_offset_[g] = std::max(rest_offset_[g], p.material.rest_offset);
   // If a pair has two materials the later one counts.
@@ -184,8 +187,8 @@ double Model::lightness(Index body_a, Index body_b) const {
 // Called for every pair of the broad phase in every step: masks first, which decide most cases, then a
 // search.
 bool Model::may_touch(Index geom_a, Index geom_b) const {
-  const Geom &a = d_.geoms[geom_a], &b = d_.geoms[geom_b];
-  if (a.body == b.body || (!is_dynamic(a.body) && !is_dynamic(b.body))) return false;
+  const Filter &a = filters_[geom_a], &b = filters_[geom_b];
+  if (a.body == b.body || (!a.dynamic && !b.dynamic)) return false;
   if (!always_.empty() && std::binary_search(always_.begin(), always_.end(), ordered(geom_a, geom_b)))
     return true;
   if (!((a.category & b.mask) || (b.category & a.mask))) return false;

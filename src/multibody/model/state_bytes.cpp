@@ -119,6 +119,8 @@ bool same_after_time(const State& a, const State& b, std::index_sequence<Fields.
 
 }  // namespace
 
+// Bits and not values are compared: a zero of the other sign, or a number that is not one, is a change. The
+// order is that of the fields, so that the pose of the first body ends the comparison of a scene in motion.
 bool differ_in_time_alone(const State& a, const State& b) {
   return same_after_time(a, b, std::make_index_sequence<std::tuple_size_v<decltype(fields_of(a))> - 2>());
 }

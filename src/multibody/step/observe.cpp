@@ -35,13 +35,27 @@ static void foresee(Observed& o) {
   }
 }
 
+void place_for_report(const Model& model, const State& state, Observed& o) {
+  place_bodies(model, state, o.frames, o.mobility, o.start);
+  o.placed.positions = state.positions;
+  o.placed.orientations = state.orientations;
+}
+
+// A step changes the mobility, so that frames are known for its first look alone. Velocities in the middle
+// replace those of all bodies that are not fixed.
+static void place_at_start(const Model& model, const State& state, Observed& o) {
+  if (o.placed.positions != state.positions || o.placed.orientations != state.orientations)
+    place_bodies(model, state, o.frames, o.mobility, o.start);
+  o.placed.positions.clear();
+  begin_in_the_middle(model, state, o.start);
+}
+
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
   const Model& model = step.model;
   const double h = step.h, kick = step.kick();
   const Forest& forest = step.forest;
   if (!forest.empty()) place_trees(model, forest, state, o.trees);
-  place_bodies(model, state, o.frames, o.mobility, o.start);
-  begin_in_the_middle(model, state, o.start);
+  place_at_start(model, state, o);
   update_coordinates(model, o.frames, state, forest.has_joint);
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {

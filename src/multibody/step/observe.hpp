@@ -19,10 +19,17 @@ struct PositionErrors {
   double line = 0, penetration = 0;
 };
 
+// The poses for which frames and mobility hold already; empty: unknown.
+struct PlacedPoses {
+  std::vector<Vec3> positions;
+  std::vector<Quat> orientations;
+};
+
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
 // start, free (with all loads, without impulses), and foreseen (free without efforts along joints).
 struct Observed {
   BodyFrames frames;
+  PlacedPoses placed;
   JointContexts joints;
   PositionErrors errors;
   BodyMobilities mobility;
@@ -41,6 +48,10 @@ struct Observed {
   TreeStep trees;                      // bodies that move in coordinates of their joints
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
+
+// Frames, mobility and velocities of the poses of the state, for the report of the step that led there. The
+// next step begins with these frames.
+void place_for_report(const Model& model, const State& state, Observed& observed);
 
 // Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
 // the state follow its poses.

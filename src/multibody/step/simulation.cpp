@@ -254,7 +254,7 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   clock.timings = report.timings;
   Observed& o = scratch_->observed;
-  place_bodies(*model_, state_, o.frames, o.mobility, o.start);
+  place_for_report(*model_, state_, o);
   static const Forest none;
   add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
   if (last_.changed_nothing) {

@@ -9,9 +9,33 @@
 
 namespace amontons {
 
+namespace {
+
+// Whether an island has more rows than `most_rows` beside its bilateral ones. Bilateral rows join bodies as
+// other rows do: these islands are those of find_islands(), which needs the mechanisms for them. The analysis
+// would number all bodies of a pile, order its elimination, sort its blocks, and come to the same answer.
+// Problems of few rows skip the test: they have no large island.
+bool has_large_island(const Problem& problem, std::size_t most_rows) {
+  if (problem.rows() <= most_rows) return false;
+  static thread_local std::vector<std::size_t> rows;  // kept: a step allocates nothing
+  const Islands& islands = problem.graph.islands;
+  rows.assign(islands.count, 0);
+  for (const SetRun& run : problem.K.runs()) {
+    if (run.kind == kind_of<Bilateral>) continue;
+    visit_kind(run.kind, [&]<class S>() {
+      for (std::size_t i = 0; i < run.count; ++i) rows[islands.of_block[run.block + i]] += S::dim;
+    });
+  }
+  return std::any_of(rows.begin(), rows.end(), [most_rows](std::size_t n) { return n > most_rows; });
+}
+
+}  // namespace
+
+// Piles are recognised by their links alone, which the problem has already. The analysis of so many bodies
+// costs as much as many products.
 bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || A->constrained) return false;
+  if (!A || A->constrained || has_large_island(problem, most_rows)) return false;
   mechanism_.analyse(problem);
   return mechanism_.takes_little() && find_islands(problem, most_rows);
 }

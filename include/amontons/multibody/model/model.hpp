@@ -104,6 +104,13 @@ class Model {
   std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same for geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<std::pair<Index, Index>> listed_pairs_;
+  // All that may_touch() reads of a geom: a search asks for many pairs, and geoms are large.
+  struct Filter {
+    Index body;
+    std::uint32_t category, mask;
+    bool dynamic;
+  };
+  std::vector<Filter> filters_;
   std::vector<double> rest_offset_;
   std::vector<double> mobility_factor_;
   std::vector<double> lightness_;  // for each body relative to the heaviest one of its mechanism

@@ -18,7 +18,12 @@ Builder = Callable[[Statics], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Load:
-    """A load that grows beside the weight; made by `horizontal`, `tilt` or `point_load`."""
+    """A load that grows beside the weight; made by `horizontal`, `tilt` or `point_load`.
+
+    >>> from amontons.studies import tilt
+    >>> tilt(1).unit
+    'deg'
+    """
 
     name: str
     unit: str
@@ -56,13 +61,22 @@ class Load:
 def horizontal(x: float, y: float = 0.0) -> Load:
     """An acceleration of the ground along (-x, -y): each block is pushed along (x, y) by a share of its
     weight. The factor is in g.
+
+    >>> from amontons.studies import horizontal
+    >>> horizontal(1).name
+    'horizontal (1, 0)'
     """
     along = _direction(x, y)
     return Load(f"horizontal ({along[0]:g}, {along[1]:g})", "g", lambda s: (s.weights, _pushed(s, along)))
 
 
 def tilt(x: float, y: float = 0.0) -> Load:
-    """The ground tilts until the side towards (x, y) is the lower one by this angle. The factor is in deg."""
+    """The ground tilts until the side towards (x, y) is the lower one by this angle. The factor is in deg.
+
+    >>> from amontons.studies import tilt
+    >>> tilt(0, 1).name
+    'tilt (0, 1)'
+    """
     along = _direction(x, y)
     name = f"tilt ({along[0]:g}, {along[1]:g})"
     return Load(name, "deg", lambda s: (s.weights, _pushed(s, along)), turns=True, largest=90.0)
@@ -74,6 +88,10 @@ def point_load(
     """A force (N, world axes) on a block at a point of the world (m), its centre of mass if None.
 
     The factor multiplies the force.
+
+    >>> from amontons.studies import point_load
+    >>> point_load("stone 7", (0, 0, -100)).unit
+    'of the force'
     """
     push = np.array(vector3("point load: force", force))
     if not np.any(push):

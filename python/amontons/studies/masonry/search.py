@@ -23,7 +23,13 @@ SOLVES = 60
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """The factor of collapse of a load, between two that are proved."""
+    """The factor of collapse of a load, between two that are proved.
+
+    >>> from amontons.studies import horizontal, stability
+    >>> factor = stability(scenes.make("arch"), loads=[horizontal(1)]).factors[0]
+    >>> factor.unit, 0 < factor.lower < factor.upper
+    ('g', True)
+    """
 
     load: str
     unit: str

@@ -78,6 +78,10 @@ def pulse(
     """One pulse of the supports: rectangle, half-sine or sine, of the given peak (m/s^2) and duration (s).
 
     A rectangle rises within a thousandth of its duration. Raises InputError.
+
+    >>> from amontons.studies import pulse
+    >>> pulse((3, 0, 0), 0.2, shape="sine").duration
+    0.2
     """
     peak, duration = np.array(entries("acceleration", acceleration, 3)), positive("duration", duration)
     chosen("shape", shape, {"rectangle": True, "half-sine": True, "sine": True})
@@ -94,6 +98,12 @@ def read_ground_motion(path: str | PathLike[str], *, unit: str = "m/s2") -> Grou
 
     unit: of the accelerations, m/s2, cm/s2 or g. Raises FileNotFoundError, FileError with the line,
     InputError.
+
+    >>> from pathlib import Path
+    >>> from amontons.studies import read_ground_motion
+    >>> written = Path("record.csv").write_text("t,ax\\n0,0\\n0.5,1\\n1,0\\n")
+    >>> read_ground_motion("record.csv").duration
+    1.0
     """
     chosen("unit", unit, dict.fromkeys(UNITS, True))
     path = existing(path, "a ground motion")
@@ -124,7 +134,14 @@ def read_ground_motion(path: str | PathLike[str], *, unit: str = "m/s2") -> Grou
 
 @dataclass(frozen=True, eq=False)
 class Shaking:
-    """Blocks on supports that moved; made by `shake`."""
+    """Blocks on supports that moved; made by `shake`.
+
+    >>> from amontons.studies import pulse, read_assembly, shake
+    >>> arch = read_assembly(examples.path("arch.obj"), unit="m", up="z")
+    >>> shaking = shake(arch, pulse((0.1, 0, 0), 0.02), after=0.02)
+    >>> len(shaking.names) == shaking.displacements.shape[1]
+    True
+    """
 
     times: Array
     """(k,) after each step (s)"""
@@ -147,6 +164,11 @@ def shake(assembly: Assembly, motion: GroundMotion, *, dt: float = 2e-3, after: 
 
     dt: time step (s). The supports move from and to where the record puts them in each step; after it they
     keep its last velocity. Raises InputError.
+
+    >>> from amontons.studies import pulse, read_assembly, shake
+    >>> arch = read_assembly(examples.path("arch.obj"), unit="m", up="z")
+    >>> bool(shake(arch, pulse((0.1, 0, 0), 0.02), after=0.02).displacements.max() < 0.01)
+    True
     """
     if not isinstance(assembly, Assembly):
         raise InputError("shake: give an Assembly, as read_assembly makes")

@@ -39,6 +39,11 @@ class Stability:
     """A verdict with its proofs; made by `stability`.
 
     Forces are in N, points in m, axes are those of the world.
+
+    >>> from amontons.studies import stability
+    >>> verdict = stability(scenes.make("arch"))
+    >>> bool(verdict.joint_forces["compression"].min() > 0)
+    True
     """
 
     verdict: str

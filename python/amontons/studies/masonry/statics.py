@@ -50,7 +50,12 @@ VANISHES, REMAINS = 0.1, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """Forces and accelerations of one load, and what they prove."""
+    """Forces and accelerations of one load, and what they prove.
+
+    >>> from amontons.studies import stability
+    >>> stability(scenes.make("arch")).equilibrium.status
+    'stands'
+    """
 
     status: str
     """stands: forces in the cones balance the loads. falls: a mechanism proves that none can. undecided"""
