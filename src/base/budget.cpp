@@ -31,8 +31,8 @@ void Budget::limit_work(double work) {
   if (work_ == unlimited) work_ = work;
 }
 
-// What is spent is counted with or without a limit: it compares methods where clocks differ, because of the
-// machine, its other load, or the build.
+// Work is counted with or without a limit: it compares methods where clocks differ, because of the machine,
+// its other load, or the build.
 void Budget::spend(double work) {
   for (Budget* p = this; p; p = p->whole_) {
     p->work_ -= work;
