@@ -4,8 +4,8 @@
                                    [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
 
 Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
-corners and on a height field, which the script builds. Controls are random and constant, within a quarter of
-their range.
+corners, on a height field and beside a pile, which the script builds. Controls are random and constant,
+within a quarter of their range.
 
 A row per model and stage: thousands of instructions per step, and those of MuJoCo (defaults, same step and
 controls) for MJCF. A stage is the sum of functions (STAGES), each with all that it calls; "step"
@@ -29,6 +29,7 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import amontons
 import numpy as np
@@ -120,9 +121,27 @@ def bumps(points: int) -> HeightField:
     return HeightField(0.02 * np.random.default_rng(points).random((points, points)), 4.0, 4.0)
 
 
+def beside_a_pile(trees: Literal["auto", "none"], high: int = 3) -> amontons.Model:
+    """A body on four wheels, which touch nothing but the floor, beside a pile of cubes that slides."""
+    builder = amontons.ModelBuilder(trees=trees)
+    add_robot(builder, Cylinder(0.1, 0.03), 0.13, Plane())
+    rng = np.random.default_rng(high)
+    for x, y, z in np.ndindex(high, high, high):
+        corner = np.array((2 + 0.21 * x, 0.21 * y, 0.11 + 0.21 * z)) + 0.02 * rng.random(3)
+        builder.add_body(
+            shape=Box((0.1, 0.1, 0.1)), density=500.0, position=tuple(corner), linear_velocity=(2, 0, 0)
+        )
+    return builder.build()
+
+
 def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
-    """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
     builder = amontons.ModelBuilder()
+    add_robot(builder, foot, height, ground)
+    return builder.build()
+
+
+def add_robot(builder: amontons.ModelBuilder, foot: Shape, height: float, ground: Shape) -> None:
+    """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
     builder.add_geom(None, ground)
     trunk = builder.add_body(shape=Box((0.4, 0.2, 0.05)), density=300.0, position=(0, 0, height + 0.2))
     for x, y in ((-0.4, -0.3), (-0.4, 0.3), (0.4, -0.3), (0.4, 0.3)):
@@ -130,7 +149,6 @@ def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
         turn = (math.sqrt(0.5), math.sqrt(0.5), 0, 0) if isinstance(foot, Cylinder) else (1.0, 0, 0, 0)
         end = builder.add_body(shape=foot, density=1000.0, position=(x, y, height), orientation=turn)
         builder.add_revolute_joint(trunk, end, point=(x, y, height), axis=(0, 1, 0), damping=0.5)
-    return builder.build()
 
 
 SCENES: dict[str, Callable[[], amontons.Model]] = {
@@ -140,6 +158,8 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "feet of 500 corners on 100 x 100 heights": lambda: on_feet(500, bumps(100)),
     "feet of 500 corners on a slab": lambda: on_feet(500, Box((2.0, 2.0, 1e-3))),
     "wheels on 100 x 100 heights": partial(on_wheels, 100),
+    "wheels in a tree beside a pile": partial(beside_a_pile, "auto"),
+    "wheels on rows beside a pile": partial(beside_a_pile, "none"),
 }
 
 

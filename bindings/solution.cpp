@@ -72,6 +72,7 @@ void bind_solution(nb::module_& m) {
       .def_ro("objective", &Solution::objective)
       .def_ro("iterations", &Solution::iterations)
       .def_ro("products", &Solution::products)
+      .def_ro("work", &Solution::work)
       .def_ro("factorizations", &Solution::factorizations)
       .def_ro("time", &Solution::time)
       .def_ro("method", &Solution::method)

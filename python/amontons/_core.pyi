@@ -377,6 +377,9 @@ class Result:
     def products(self) -> int: ...
 
     @property
+    def work(self) -> float: ...
+
+    @property
     def factorizations(self) -> int: ...
 
     @property

@@ -31,8 +31,13 @@ void Budget::limit_work(double work) {
   if (work_ == unlimited) work_ = work;
 }
 
+// Work is counted with or without a limit: it compares methods where clocks differ, because of the machine,
+// its other load, or the build.
 void Budget::spend(double work) {
-  for (Budget* p = this; p; p = p->whole_) p->work_ -= work;
+  for (Budget* p = this; p; p = p->whole_) {
+    p->work_ -= work;
+    p->spent_ += work;
+  }
 }
 
 // The least along the chain of wholes, of which there are three or four: solve, step, attempt.

@@ -35,18 +35,18 @@ static void make_nodes(const ContactSystem& A, std::vector<Index>& node) {
 static void find_islands(const ContactSystem& A, ContactGraph& graph) {
   static thread_local std::vector<Index> parent, number;  // kept: a step at rest allocates nothing
   make_nodes(A, parent);
-  const auto world = static_cast<Index>(graph.bodies());
-  const auto root = [world](Index i) {
-    if (i < 0) return world;
+  const auto ground = static_cast<Index>(graph.bodies());
+  const auto root = [ground](Index i) {
+    if (i < 0) return ground;
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
   const auto of = [&](const ContactGraph::Link& link) {
     const Index a = root(link.a);
-    return a == world ? root(link.b) : a;
+    return a == ground ? root(link.b) : a;
   };
   for (const ContactGraph::Link& link : graph.links)
-    if (const Index a = root(link.a), b = root(link.b); a != world && b != world) parent[a] = b;
+    if (const Index a = root(link.a), b = root(link.b); a != ground && b != ground) parent[a] = b;
   // Numbers follow the first appearance of the islands, so they depend only on the order of the blocks.
   auto& [count, of_block, of_body] = graph.islands;
   number.assign(graph.bodies() + 1, -1);
@@ -57,7 +57,7 @@ static void find_islands(const ContactSystem& A, ContactGraph& graph) {
     if (mine < 0) mine = static_cast<Index>(count++);
     of_block[k] = mine;
   }
-  number[world] = -1;
+  number[ground] = -1;
   of_body.resize(graph.bodies());
   for (std::size_t i = 0; i < of_body.size(); ++i) of_body[i] = number[root(static_cast<Index>(i))];
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "amontons/problem/linkage.hpp"
+
 namespace amontons {
 
 namespace {
@@ -31,48 +33,127 @@ class Extraction {
     sub_->bodies.inverse_mass.clear();
     sub_->bodies.inverse_inertia.clear();
     sub_->bodies.centre.clear();
-    sub_->constrained = A_.constrained;
+    sub_->constrained.reset();
+    sub_->half.first.clear();
+    sub_->half.coordinate.clear();
+    sub_->half.value.clear();
+    sub_->half.whole = false;
   }
 
   void take(std::span<const std::size_t> members) {
     for (const SetRun& run : whole_.K.runs())
       visit_kind(run.kind, [&]<class S>() { take_run<S>(run, members); });
-    if (A_.constrained) return keep_bodies();
     for (Index body : part_.bodies) {
       sub_->bodies.inverse_mass.push_back(A_.bodies.inverse_mass[body]);
       sub_->bodies.inverse_inertia.push_back(A_.bodies.inverse_inertia[body]);
       if (!A_.bodies.centre.empty()) sub_->bodies.centre.push_back(A_.bodies.centre[body]);
       number_[body] = -1;
     }
-    finish();
-  }
-
- private:
-  void finish() {
+    if (A_.constrained) take_trees(*A_.constrained->linkage);
     part_.problem.law = whole_.law;
     make_contact_graph(*sub_, part_.problem.K, part_.problem.graph);
   }
 
-  // The linkage of trees names bodies by their numbers, and the problem shares it. So bodies keep their
-  // numbers, and those without a row in the part get no impulse. Rows of D M^-1/2 depend on nothing but the
-  // row and its tree: they are copied and not made again.
-  void keep_bodies() {
-    sub_->bodies = A_.bodies;
+ private:
+  // The trees of the part: of M = L'DL only the coordinates between its bodies and the roots. With P for the
+  // columns of these coordinates, J' of the part is P J_p', because a body moves with them alone. A row of L
+  // has entries at the coordinate and its ancestors, so that these rows are zero elsewhere: L_p = P'L P is
+  // triangular too, and L^-T P = P L_p^-T. Hence
+  //
+  //   J M^-1 J' = J_p P' L^-1 D^-1 L^-T P J_p' = J_p (L_p' D_p L_p)^-1 J_p',
+  //
+  // without a new factorisation. L_p is that of the whole entry by entry, since the entries of a row keep
+  // their order and runs of coordinates stay whole. The bits of rows of D M^-1/2 stay, too.
+  //
+  // A part without a body of a tree has free bodies alone, and all factorisations serve it.
+  void take_trees(const Linkage& whole) {
+    static thread_local std::vector<Index> number, reached;
+    find_coordinates(whole, number, reached);
+    const auto in_trees = [&](Index body) { return whole.place_of(body) >= 0; };
+    if (std::any_of(part_.bodies.begin(), part_.bodies.end(), in_trees)) {
+      copy_trees(whole, number, reached);
+      take_half_rows(number);
+    }
+    for (const Index k : reached) number[k] = -1;
+  }
+
+  // Numbers the coordinates between bodies of the part and the roots in their order: parents keep smaller
+  // numbers. `number` is -1 elsewhere.
+  void find_coordinates(const Linkage& whole, std::vector<Index>& number, std::vector<Index>& reached) const {
+    number.resize(std::max(number.size(), whole.coordinates()), -1);
+    reached.clear();
+    const auto reach = [&](Index k) {
+      for (; k >= 0 && number[k] < 0; k = whole.parent[k]) {
+        number[k] = 0;
+        reached.push_back(k);
+      }
+    };
+    for (const Index body : part_.bodies)
+      if (const Index place = whole.place_of(body); place >= 0) reach(whole.last[place]);
+    std::sort(reached.begin(), reached.end());
+    for (std::size_t i = 0; i < reached.size(); ++i) number[reached[i]] = static_cast<Index>(i);
+  }
+
+  void copy_trees(const Linkage& whole, const std::vector<Index>& number, const std::vector<Index>& reached) {
+    const auto local_coordinate = [&](Index k) { return k < 0 ? k : number[k]; };
+    Linkage& trees = own_linkage();
+    for (const Index k : reached) {
+      trees.parent.push_back(local_coordinate(whole.parent[k]));
+      trees.run.push_back(whole.run[k]);
+      trees.column.push_back(whole.column[k]);
+      trees.inverse_root.push_back(whole.inverse_root[k]);
+      trees.rows.insert(trees.rows.end(), &whole.rows[whole.first[k]],
+                        &whole.rows[whole.first[k]] + (whole.first[k + 1] - whole.first[k]));
+      trees.first.push_back(trees.rows.size());
+    }
+    trees.place.assign(part_.bodies.size(), -1);
+    for (std::size_t i = 0; i < part_.bodies.size(); ++i) {
+      const Index place = whole.place_of(part_.bodies[i]);
+      if (place < 0) continue;
+      trees.place[i] = static_cast<Index>(trees.body.size());
+      trees.body.push_back(static_cast<Index>(i));
+      trees.last.push_back(local_coordinate(whole.last[place]));
+      trees.arm.push_back(whole.arm[place]);
+    }
+    part_.trees->body = trees.body;
+    sub_->constrained = part_.trees;
+    // If its rows move bodies of trees alone, the product of the part needs no sweep over bodies.
+    sub_->half.whole = trees.body.size() == part_.bodies.size();
+  }
+
+  // Empty, with the memory of the part before, unless a problem still shares that.
+  Linkage& own_linkage() {
+    if (part_.trees.use_count() != 1) {
+      const auto fresh = std::make_shared<Linkage>();
+      part_.trees = std::make_shared<ConstrainedBodies>(
+          ConstrainedBodies{{}, [of = fresh.get()](double* w) { of->move(w); }, fresh});
+    }
+    Linkage& trees = const_cast<Linkage&>(*part_.trees->linkage);  // no problem holds it
+    trees.body.clear();
+    trees.last.clear();
+    trees.arm.clear();
+    trees.parent.clear();
+    trees.run.clear();
+    trees.column.clear();
+    trees.first.assign(1, 0);
+    trees.rows.clear();
+    trees.inverse_root.clear();
+    return trees;
+  }
+
+  // Rows of D M^-1/2 depend on nothing but the row and its tree: they are copied and not made again.
+  void take_half_rows(const std::vector<Index>& number) {
     HalfRows& half = sub_->half;
-    // A part has some of the rows of the whole. So if those move bodies of trees alone, these do too, and the
-    // product of the part needs no sweep over bodies either.
-    half.whole = A_.half.whole;
     half.first.assign(1, 0);
-    half.coordinate.clear();
-    half.value.clear();
     for (const std::size_t row : part_.rows) {
       for (std::size_t i = A_.half.first[row]; i < A_.half.first[row + 1]; ++i) {
-        half.coordinate.push_back(A_.half.coordinate[i]);
+        half.coordinate.push_back(number[A_.half.coordinate[i]]);
         half.value.push_back(A_.half.value[i]);
       }
       half.first.push_back(half.value.size());
     }
-    finish();
+    for (JacobianRow& row : sub_->jacobian)
+      if (row.coordinate >= 0) row.coordinate = number[row.coordinate];
   }
 
   // The members, ascending, that lie in one run of sets of one kind.
@@ -115,7 +196,7 @@ class Extraction {
 
   // The number of a body within the part; the index of the world stays.
   Index local(Index body) {
-    if (body < 0 || A_.constrained) return body;
+    if (body < 0) return body;
     if (number_[body] < 0) {
       number_[body] = static_cast<Index>(part_.bodies.size());
       part_.bodies.push_back(body);

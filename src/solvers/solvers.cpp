@@ -79,8 +79,11 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   Options own = options;
   if (!has_passes(method)) own.iterates = nullptr;
   // Only these need no more of A than products; `auto` knows trees.
-  if (has_trees(problem) && !has_passes(method)) return run(as_matrix(problem), own, budget);
-  return run(problem, own, budget);
+  const bool needs_matrix = has_trees(problem) && !has_passes(method);
+  Solution s = needs_matrix ? run(as_matrix(problem), own, budget) : run(problem, own, budget);
+  // The direct way, races and islands share this budget, so that nothing that they try is left out.
+  s.work = budget.spent();
+  return s;
 }
 
 }  // namespace amontons

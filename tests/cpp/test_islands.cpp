@@ -6,6 +6,8 @@
 
 #include "amontons/base/budget.hpp"
 #include "amontons/multibody/step/simulation.hpp"
+#include "amontons/problem/island_part.hpp"
+#include "amontons/problem/linkage.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/choice/islands.hpp"
 #include "amontons/solvers/solvers.hpp"
@@ -42,6 +44,49 @@ Problem stacks_on_a_floor(int stacks) {
   hinge.frame_b = d.bodies.back().pose;
   hinge.dofs.emplace_back();
   d.joints.push_back(hinge);
+  Simulation sim(std::make_shared<Model>(d), {});
+  sim.step();
+  return *sim.problem();
+}
+
+// A stack of three boxes, then three trees of a box and two boxes that hang on it by hinges, each tree on the
+// same floor. The last hinges have limits that hold: rows along a coordinate.
+Problem pendulums_beside_a_stack() {
+  ModelDescription d;
+  d.trees = Trees::automatic;
+  Geom floor;
+  floor.shape = Plane{};
+  d.geoms.push_back(floor);
+  const auto add_box = [&](const Vec3& position) {
+    Body body;
+    body.mass = 1 + 0.1 * static_cast<double>(d.bodies.size());
+    body.inertia = Mat3::diagonal(body.mass / 6, body.mass / 6, body.mass / 6);
+    body.pose.position = position;
+    body.linear_velocity = {0.2, 0.1, 0};
+    Geom geom;
+    geom.body = static_cast<Index>(d.bodies.size());
+    geom.shape = Box{{0.5, 0.5, 0.5}};
+    d.geoms.push_back(geom);
+    d.bodies.push_back(body);
+    return geom.body;
+  };
+  for (int level = 0; level < 3; ++level) add_box({0.1 * level, 0, 0.5 + level});
+  for (int tree = 1; tree <= 3; ++tree) {
+    Index above = add_box({10.0 * tree, 0, 0.5});
+    for (int link = 1; link <= 2; ++link) {
+      const Index body = add_box({10.0 * tree + 1.2 * link, 0, 0.5});
+      Joint hinge;
+      hinge.body_a = above;
+      hinge.body_b = body;
+      hinge.frame_a.position = {0.6, 0, 0};
+      hinge.frame_b.position = {-0.6, 0, 0};
+      hinge.dofs.emplace_back();
+      hinge.dofs[0].axis = {0, 1, 0};
+      if (link == 2) hinge.dofs[0].lower = 0;
+      d.joints.push_back(hinge);
+      above = body;
+    }
+  }
   Simulation sim(std::make_shared<Model>(d), {});
   sim.step();
   return *sim.problem();
@@ -114,6 +159,51 @@ TEST(islands_keep_the_law) {
   CHECK(s.status == Status::converged);
   CHECK(residual(problem, Law::coulomb, s.x) <= 1e-8);
   CHECK(residual(problem, Law::associated, s.x) > 1e-3);  // they slide: the laws differ
+}
+
+// Fails if a part of a scene with trees has another A, loses a coordinate or a link, or has trees although
+// its bodies are free: factors then are not available to a pile beside a robot.
+TEST(islands_keep_their_trees) {
+  const Problem problem = pendulums_beside_a_stack();
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const Islands& islands = problem.graph.islands;
+  CHECK(islands.count == 4);
+  const small::Vector whole = small::dense_matrix(problem.A);
+  std::vector<Index> scratch;
+  IslandPart part;  // one memory for all
+  std::size_t with_trees = 0;
+  for (std::size_t i = 0; i < islands.count; ++i) {
+    std::vector<std::size_t> members;
+    for (std::size_t k = 0; k < islands.of_block.size(); ++k)
+      if (islands.of_block[k] == static_cast<Index>(i)) members.push_back(k);
+    extract(problem, members, scratch, part);
+    const auto& own = std::get<ContactSystem>(part.problem.A);
+    const small::Vector entries = small::dense_matrix(part.problem.A);
+    const std::size_t m = part.rows.size();
+    for (std::size_t r = 0; r < m; ++r)
+      for (std::size_t c = 0; c < m; ++c)
+        CHECK_NEAR(entries[r * m + c], whole[part.rows[r] * problem.rows() + part.rows[c]], 1e-12);
+    CHECK(part.problem.graph.islands.count == 1);
+    CHECK(own.bodies.size() == part.bodies.size() && own.bodies.size() <= 3);
+    CHECK(has_trees(part.problem) == (part.bodies[0] != 0));
+    if (!has_trees(part.problem)) continue;
+    ++with_trees;
+    CHECK(own.constrained->linkage->coordinates() < A.constrained->linkage->coordinates());
+    CHECK(own.half.whole);
+    ContactSystem again = own;  // the rows of D M^-1/2 follow from the linkage of the part
+    again.renew();
+    CHECK(again.half.coordinate == own.half.coordinate && again.half.value == own.half.value);
+  }
+  CHECK(with_trees == 3);
+  Options options;
+  options.law = Law::associated;
+  options.tolerance = 1e-10;
+  const Solution all = interior_point(as_matrix(problem), options, small::no_limit);
+  const Solution parts = solve_by_islands(problem, options, small::no_limit, automatic);
+  CHECK(all.status == Status::converged && parts.status == Status::converged);
+  CHECK(parts.reason.find("2 groups of islands") != std::string::npos);
+  CHECK(residual(problem, Law::associated, parts.x) <= 1e-10);
+  for (std::size_t i = 0; i < all.u.size(); ++i) CHECK_NEAR(all.u[i], parts.u[i], 1e-7);
 }
 
 // Fails if a warm start is not handed to the islands row by row: from the solution there is nothing to

@@ -322,7 +322,7 @@ TEST(methods_refuse_what_they_cannot_do) {
   CHECK_THROWS(solve(contacts, "simplex", options),
                "unknown method 'simplex'; the methods are auto, p-spg-fb");
   CHECK_THROWS(solve(contacts, "admm", options), "use 'interior-point'");
-  CHECK(solve(callback, "auto", options).method == "p-spg-fb");
+  CHECK(solve(callback, "auto", options).method == "apgd");
   for (std::string_view method : method_names())
     CHECK_THROWS(solve(contacts, std::string(method) + "x", options), method);
 }

@@ -199,7 +199,8 @@ TEST(infeasible) {
       options.law = Law::associated;
       const Solution s = solve(*p, method, options);
       // The others run off along d too, but their best iterate, the first one, does not show it.
-      const bool detects = method == "auto" || method == "p-spg-fb" || method == "p-spg-fb-literal";
+      const bool detects =
+          is_linear_only(method) || method == "auto" || method == "p-spg-fb" || method == "p-spg-fb-literal";
       if (detects || s.status == Status::converged)
         EXPECT_STATUS(s.status, Status::infeasible, std::string(method) + " on " + name);
       check_valid(*p, Law::associated, s, method);

@@ -34,6 +34,8 @@ class Budget {
   void limit_work(double work);
   void spend(double work);
   double work_left() const;
+  // Work that this budget and its parts have paid for.
+  double spent() const { return spent_; }
   bool exhausted() const { return work_left() <= 0; }
 
  private:
@@ -41,7 +43,7 @@ class Budget {
 
   Budget* whole_ = nullptr;
   Clock::time_point end_;
-  double work_;
+  double work_, spent_ = 0;
 };
 
 }  // namespace amontons

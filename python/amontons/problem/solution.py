@@ -60,6 +60,8 @@ class Solution:
     products: int
     """products with A, the measure of work that all methods share"""
     factorizations: int
+    work: float
+    """nominal work, counted and not timed: its unit is one block of a product with A, some 20 ns"""
     time: float
     """wall clock (s)"""
     method: str
@@ -112,6 +114,7 @@ def from_core(result: _core.Result, history: bool, scale: Array | None, asked_fo
         iterations=result.iterations,
         products=result.products,
         factorizations=result.factorizations,
+        work=result.work,
         time=result.time,
         method=result.method,
         device=result.device,

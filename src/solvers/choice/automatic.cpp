@@ -5,7 +5,8 @@
 //
 //   - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of
 //     them slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks,
-//     chains of joints and mass ratios take tens of thousands. Neither of the two methods is always faster.
+//     chains of joints and mass ratios take tens of thousands. One such method is enough: p-spg-fb beside
+//     apgd made the race no shorter on any set of problems (docs/decisions/auto.md).
 //   - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly
 //     depends on the condition: the interior point takes ten to twenty steps, Newton's method near a solution
 //     a few.
@@ -71,32 +72,16 @@ bool can_factor(const Problem& problem) {
 
 using Field = std::vector<Contender>;
 
-// K = R^m: nothing slides or opens. The problem is a linear system. The iterates of p-spg-fb diverge along a
-// contradiction of rows and so prove it.
-Field linear_field(const Problem& problem, double size) {
-  Field field{{.start = start_cg, .why = "a linear system", .products = 0},
-              {.start = start_spg,
-               .why = "looks for a contradiction",
-               .products = choice::policy.unlikelier_products * size}};
+// K = R^m: nothing slides or opens. The problem is a linear system, and cg ends in at most as many steps as A
+// has different eigenvalues. With one factorisation of A + shift P as its preconditioner it takes a few steps
+// on any chain of joints. Both prove a contradiction of the rows.
+Field linear_field(const Problem& problem) {
+  Field field{{.start = start_cg, .why = "a linear system"}};
   if (can_factor(problem))
     field.push_back({.start = start_factored_cg,
                      .why = "one factorisation",
                      .factorizations = choice::policy.path_factorizations});
   return field;
-}
-
-// Methods that need only products. The less likely one starts when the other slows down, on large problems
-// later than on small ones. A factorisation eliminates the joints if possible (held): iterations are then
-// those of contacts.
-Field first_order(const Problem& problem, bool held, double size) {
-  const bool accelerated = problem.K.contacts() >= choice::policy.many_contacts;
-  const double behind = choice::policy.unlikelier_products * size;
-  return {{.start = start_spg,
-           .why = held ? "cheap iterations, joints eliminated" : "cheap iterations",
-           .products = accelerated ? behind : 0},
-          {.start = start_apgd,
-           .why = held ? "cheap iterations, accelerated, joints eliminated" : "cheap iterations, accelerated",
-           .products = accelerated ? 0 : behind}};
 }
 
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
@@ -135,7 +120,10 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::policy.blocks_unit;
   ConstrainedProblem rest;
   const bool held = !linear && !watched && rest.make(problem, law);
-  Field field = linear ? linear_field(problem, size) : first_order(problem, held, size);
+  // A factorisation eliminates the joints if possible: iterations are then those of contacts, whose number
+  // does not grow with the length of a chain of joints.
+  const char* cheap = held ? "cheap iterations, joints eliminated" : "cheap iterations";
+  Field field = linear ? linear_field(problem) : Field{{.start = start_apgd, .why = cheap}};
   if (!linear && can_factor(problem)) add_factoring(field, coulomb, size);
   Options here = options;  // the device does not serve this problem, and no part of it
   here.iterates = nullptr;
@@ -152,11 +140,11 @@ Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
   return {.start = start, .why = why, .limit = limit, .to_the_end = true};
 }
 
-// A device has the passes of two methods. All islands are one problem there, and rows of joints stay in it,
-// because many contacts use the device best. A method that stalls passes its best x to the other.
+// A device has the passes of two methods and cannot factor. All islands are one problem there, and rows of
+// joints stay in it, because many contacts use the device best. p-spg-fb starts where apgd stalls, from its
+// best x.
 Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
-  Field field{in_order(start_spg, "on the device"), in_order(start_apgd, "accelerated, on the device")};
-  if (problem.K.contacts() >= choice::policy.many_contacts) std::swap(field[0], field[1]);
+  const Field field{in_order(start_apgd, "on the device"), in_order(start_spg, "takes the last digits")};
   Solution s = race(problem, options, budget, field, {}, Budget::unlimited);
   s.device = device_of(problem, options);
   return s;

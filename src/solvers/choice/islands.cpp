@@ -13,31 +13,39 @@ namespace amontons {
 
 namespace {
 
-// Turns islands into groups: large ones alone, small ones together. Small islands with and without joints are
-// separate groups, because different methods suit them. Islands are taken in the order of their first block,
-// so that groups, and with them the bits of the result, depend only on the problem.
-std::size_t gather(std::size_t contacts, const Islands& islands, std::vector<Index>& island) {
+// Turns islands into groups: large ones alone, small ones together. Small islands of contacts alone, with
+// rows of joints and with trees are separate groups, because different methods suit them. Islands are taken
+// in the order of their first block, so that groups, and with them the bits of the result, depend only on the
+// problem.
+//
+// A group with a tree is given to the race as a dense matrix, since M of trees has no place in the factors of
+// free bodies (can_factor). The square of its rows is the price of a product, so that a free island there
+// would pay for the tree, and a tree for free islands. Each tree lies in one island (contact_graph.cpp): the
+// kind of an island is that of its bodies.
+std::size_t gather(const ContactSystem& A, const Islands& islands, std::vector<Index>& island) {
   island = islands.of_block;
   std::vector<std::size_t> size(islands.count, 0);
-  std::vector<unsigned char> jointed(islands.count, 0);
+  std::vector<unsigned char> kind(islands.count, 0);
   for (std::size_t block = 0; block < island.size(); ++block) {
     ++size[island[block]];
-    if (block >= contacts) jointed[island[block]] = 1;
+    if (block >= A.contacts.size()) kind[island[block]] = 1;
   }
+  if (A.constrained)
+    for (const Index body : A.constrained->body)
+      if (const Index home = islands.of_body[body]; home >= 0) kind[home] = 2;
   std::vector<Index> group(islands.count);
-  // The open group for small islands without and with joints, and its number of blocks; at first both are
-  // full.
-  Index count = 0, open[2] = {};
-  std::size_t filled[2] = {choice::policy.small_island, choice::policy.small_island};
+  // The open group for small islands of a kind, and its number of blocks; at first all are full.
+  Index count = 0, open[3] = {};
+  std::size_t filled[3];
+  std::fill_n(filled, 3, choice::policy.small_island);
   for (std::size_t i = 0; i < islands.count; ++i) {
-    const int kind = jointed[i];
     const bool large = size[i] >= choice::policy.small_island;
-    if (!large && filled[kind] >= choice::policy.small_island) {
-      open[kind] = count++;
-      filled[kind] = 0;
+    if (!large && filled[kind[i]] >= choice::policy.small_island) {
+      open[kind[i]] = count++;
+      filled[kind[i]] = 0;
     }
-    group[i] = large ? count++ : open[kind];
-    if (!large) filled[kind] += size[i];
+    group[i] = large ? count++ : open[kind[i]];
+    if (!large) filled[kind[i]] += size[i];
   }
   for (Index& i : island) i = group[i];
   return static_cast<std::size_t>(count);
@@ -71,12 +79,13 @@ void add_part(Solution& total, const Solution& s, const IslandPart& part, double
 
 Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method) {
   const auto* A = std::get_if<ContactSystem>(&problem.A);
-  if (!A || A->constrained || options.history || options.callback) return method(problem, options, budget);
+  if (!A || (A->constrained && !A->constrained->linkage) || options.history || options.callback)
+    return method(problem, options, budget);
   // A warm start, options and law go to every part. The parts are solved in turn, so that results do not
   // depend on threads, and only the memory of one part is in use at a time.
   const Islands& islands = problem.graph.islands;
   std::vector<Index> island;  // its group, per block
-  const std::size_t count = islands.count > 1 ? gather(A->contacts.size(), islands, island) : islands.count;
+  const std::size_t count = islands.count > 1 ? gather(*A, islands, island) : islands.count;
   if (count <= 1) return method(problem, options, budget);
 
   const Time start = std::chrono::steady_clock::now();

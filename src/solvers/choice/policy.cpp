@@ -15,8 +15,6 @@ constinit Policy policy;
                            {"factor_per_multiplication", &policy.factor_per_multiplication},
                            {"most_rows", &policy.most_rows},
                            {"most_bodies", &policy.most_bodies},
-                           {"unlikelier_products", &policy.unlikelier_products},
-                           {"many_contacts", &policy.many_contacts},
                            {"path_factorizations", &policy.path_factorizations},
                            {"path_unsymmetric", &policy.path_unsymmetric},
                            {"frozen_ratio", &policy.frozen_ratio},

@@ -27,11 +27,6 @@ struct Policy {
 
   // Expectations.
 
-  // Products (count): of the less likely first-order method. The likelier one begins.
-  double unlikelier_products = 100;
-  // Size (contacts): from here on apgd is the more likely one. With hundreds of contacts it is five times
-  // faster in the mean; p-spg-fb is faster with few contacts, and on joints.
-  std::size_t many_contacts = 30;
   // Factorisations (count): of the interior point under the associated law.
   double path_factorizations = 11;
   // Factorisations (ratio): cost under coulomb, where the matrix is unsymmetric.
@@ -55,8 +50,8 @@ struct Policy {
   // Work (ns): limit of a race of few blocks if the caller sets none. A problem still unsolved then converges
   // too slowly.
   double race_work = 4e8;
-  // Work (ns): this limit after the direct way has failed. Most such problems have no solution, and p-spg-fb
-  // does not prove this within 2 ms (test_status).
+  // Work (ns): this limit after the direct way has failed. Most such problems have no solution, which takes
+  // more than 2 ms to prove (test_status).
   double late_race_work = 8e6;
 
   // Islands.

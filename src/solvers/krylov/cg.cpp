@@ -7,8 +7,8 @@
 //
 // One product with A per iteration; the error in the A norm falls in each. For a singular A with b in its
 // range the iterates stay in that range and converge to a solution: redundant but consistent joints do no
-// harm. If b is not in the range, the curvature of p vanishes sooner or later and the method stops. finish()
-// then tests whether x diverges along a contradiction.
+// harm. If b is not in the range, the curvature of p vanishes sooner or later and the method stops. p is then
+// the contradiction of the rows, A p = 0 with <b, p> < 0, and finish() proves it.
 //
 // beta is that of Polak and Ribiere. In exact arithmetic <u_old, z> = 0, and it equals that of Fletcher and
 // Reeves. But it tolerates a C that differs slightly between iterations, for example by the rounding of a
@@ -111,6 +111,9 @@ struct ConjugateGradients : VectorIterate {
     }
     return natural_map(problem, law_of(problem, options), x, u);
   }
+  // Not x: it has the part of the solution in it, which hides the contradiction until x is many times as
+  // long. p is conjugate to that part, and so free of it.
+  void last(std::vector<double>& out) const { out = p; }
 };
 
 }  // namespace

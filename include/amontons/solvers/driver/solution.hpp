@@ -69,6 +69,8 @@ struct Solution {
   double objective = 0;
   // Sums over all phases and islands.
   std::size_t iterations = 0, products = 0, factorizations = 0;
+  // Nominal work (units of Budget) of a whole solve: counted, so that it depends on no clock.
+  double work = 0;
   // Wall-clock time (s).
   double time = 0;
   // The method that made x; with islands, that of the hardest island.
