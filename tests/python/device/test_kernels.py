@@ -3,13 +3,16 @@
 import ctypes
 import shutil
 import subprocess
+import sys
+import types
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from functools import cache
 
 import amontons
 import numpy as np
 import pytest
-from amontons.device import backend
+from amontons.device import backend, cuda
 from amontons.device.backend import Memory
 from amontons.device.found import source_on
 from amontons.device.methods import CHUNK, DeviceMethod
@@ -189,6 +192,83 @@ def host(tmp_path_factory):
 @pytest.mark.parametrize("name", NAMES)
 def test_cuda_dialect(host, name):
     np.testing.assert_array_equal(on(host, name, "coulomb"), expected(name, "coulomb"))
+
+
+class FakeArray(np.ndarray):
+    """What the backend uses of an array of CuPy."""
+
+    def set(self, values):
+        self[...] = values
+
+    def get(self):
+        return np.array(self)
+
+
+STREAMS = []
+"""the streams that are entered, the current one last"""
+
+
+class FakeStream:
+    """A stream: a context; one that is captured keeps launches in place of running them."""
+
+    def __init__(self, non_blocking):
+        self.captured = None
+
+    def __enter__(self):
+        STREAMS.append(self)
+        return self
+
+    def __exit__(self, *_):
+        STREAMS.pop()
+
+    def begin_capture(self):
+        self.captured = []
+
+    def end_capture(self):
+        return types.SimpleNamespace(launch=lambda stream, held=self.captured: [run() for run in held])
+
+
+def fake_cupy(host):
+    """A CuPy with one device, whose kernels the processor runs, launch by launch."""
+
+    def kernel(name):
+        def launch(grid, block, arguments):
+            def run():
+                host.launch(name, grid[0], *arguments)
+
+            captured = STREAMS[-1].captured
+            run() if captured is None else captured.append(run)
+
+        launch.num_regs = 1
+        return launch
+
+    runtime = types.SimpleNamespace(
+        getDeviceProperties=lambda index: {"name": b"fake", "totalGlobalMem": 1 << 40},
+        driverGetVersion=lambda: 12040,
+    )
+    module = types.SimpleNamespace(get_function=kernel)
+    return types.SimpleNamespace(
+        cuda=types.SimpleNamespace(
+            runtime=runtime, Device=lambda index: nullcontext(), Stream=FakeStream,
+            memory=types.SimpleNamespace(OutOfMemoryError=MemoryError),
+        ),
+        RawModule=lambda code, options: module,
+        empty=lambda nbytes, dtype: np.full(nbytes, 255, dtype).view(FakeArray),
+    )  # fmt: skip
+
+
+# Breaks when the graph of CUDA misses a launch, runs one while it is captured, or is replayed with other
+# arguments; no card is needed.
+@pytest.mark.parametrize("name", ["pile", "drum"])
+def test_graphs_of_cuda(host, monkeypatch, name):
+    monkeypatch.setitem(sys.modules, "cupy", fake_cupy(host))
+    captured = []
+    program = cuda.Cuda.program
+    monkeypatch.setattr(
+        cuda.Cuda, "program", lambda self, held: captured.append(len(held)) or program(self, held)
+    )
+    np.testing.assert_array_equal(on(cuda.Cuda(0), name, "coulomb"), expected(name, "coulomb"))
+    assert set(captured) == {CHUNK * (7 if name == "drum" else 5)}
 
 
 # Breaks when buffers are made anew although the last problem left some that are long enough, or when two
