@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
 
 namespace amontons {
-
-// Projections of a block on its own, with W of the block alone; a row needs one. Three take fewer
-// factorisations than one in most runs of robots on the floor.
-static constexpr int rounds = 3;  // not tuned: no other number was tried
 
 // The bound is Gershgorin's: the largest sum of a row's absolute entries is at least the largest eigenvalue.
 // With q at least as large, 1/2 q |d|^2 + <g, d> bounds the change of 1/2 x'W x + b'x from above. A
@@ -83,7 +80,7 @@ void BlockSweeps::sweep(std::vector<double>& x) {
       work_ += d * thin.n;
     }
     bool moved = false;
-    for (int round = 0; round < (d == 1 ? 1 : rounds); ++round) {
+    for (int round = 0; round < (d == 1 ? 1 : direct::policy.projections); ++round) {
       double g[d];
       add_saxce_term(set, law_, u, g);
       for (int i = 0; i < d; ++i) g[i] = x[row + i] - g[i] / bound_[block];

@@ -13,10 +13,6 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
-// Multiplications of sweeps for one of a failed Newton step, which also linearises the blocks and pivots. The
-// largest of 1, 2 and 4 took the fewest factorisations in four of six runs of robots on the floor.
-static constexpr std::uint64_t newton_step_in_sweeps = 4;  // not tuned: no finer than by halves
-
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
@@ -133,15 +129,15 @@ void IslandSolver::find_faces() {
 }
 
 // Sweeps from the best x, in about the time of the Newton step that failed, which is what they are charged. A
-// sweep multiplies whole rows of W by x: four such multiplications take the time of one in a Newton step.
+// sweep multiplies whole rows of W by x: some of these multiplications take the time of one in a Newton step.
 void IslandSolver::settle() {
   if (!swept_) sweeps_.start(*island_, law_, p_);
   const std::uint64_t begin = swept_ ? sweeps_.work() : 0;
-  const std::uint64_t end = sweeps_.work() + newton_step_in_sweeps * newton_.work();
+  const std::uint64_t end = sweeps_.work() + direct::policy.sweeps_per_step * newton_.work();
   swept_ = true;
   x_ = best_;
   while (sweeps_.work() < end) sweeps_.sweep(x_);
-  work_ += (sweeps_.work() - begin) / newton_step_in_sweeps;
+  work_ += (sweeps_.work() - begin) / direct::policy.sweeps_per_step;
   evaluate(x_, u_);
   keep_better(x_, u_);
 }

@@ -17,6 +17,8 @@ constinit Policy policy;
                            {"refinements", &policy.refinements},
                            {"stale_steps", &policy.stale_steps},
                            {"proximal", &policy.proximal},
+                           {"sweeps_per_step", &policy.sweeps_per_step},
+                           {"projections", &policy.projections},
                            {"most_steps", &policy.most_steps}});
 
 }  // namespace amontons::direct
