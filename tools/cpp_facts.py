@@ -78,7 +78,7 @@ def contenders(path: Path) -> dict[str, list[tuple[str, str]]]:
     functions = [
         (m.start(), m[1]) for m in re.finditer(r"^\w[\w<>&: ]* (\w+)\([^;]*?\{$", text, re.MULTILINE)
     ]
-    for match in re.finditer(r"\.start = start_(\w+),\s*\.why =(.*?\"),\s*\.", text, re.DOTALL):
+    for match in re.finditer(r"\.start = start_(\w+),\s*\.why =(.*?\")\s*[,}]", text, re.DOTALL):
         function = [name for at, name in functions if at < match.start()][-1]
         why = re.findall(r'"([^"]*)"', match[2])[-1]
         groups.setdefault(function, []).append((match[1], why))

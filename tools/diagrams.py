@@ -75,7 +75,7 @@ AUTO = {
 AUTO_PASSED = {"name_elimination"}
 GROUPS = {
     "linear_field": "Race for linear systems",
-    "first_order": "Race: methods that only need products",
+    "first_order": "Race: the method that only needs products",
     "add_factoring": "Same race: methods that factor A, if it is not too large",
 }
 METHODS = {"spg": "p-spg-fb", "central_path": "interior-point"}

@@ -84,6 +84,12 @@ Field linear_field(const Problem& problem) {
   return field;
 }
 
+// The method that needs only products. A factorisation eliminates the joints if possible (held): iterations
+// are then those of contacts, whose number does not grow with the length of a chain of joints.
+Field first_order(bool held) {
+  return {{.start = start_apgd, .why = held ? "cheap iterations, joints eliminated" : "cheap iterations"}};
+}
+
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
 // unsymmetric, and with many contacts the path may leave the middle of the cones. Newton's method continues
 // where the path stops, and finds the faces that stop it.
@@ -120,10 +126,7 @@ Solution race_for(const Problem& problem, const Options& options, Budget& budget
   const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::policy.blocks_unit;
   ConstrainedProblem rest;
   const bool held = !linear && !watched && rest.make(problem, law);
-  // A factorisation eliminates the joints if possible: iterations are then those of contacts, whose number
-  // does not grow with the length of a chain of joints.
-  const char* cheap = held ? "cheap iterations, joints eliminated" : "cheap iterations";
-  Field field = linear ? linear_field(problem) : Field{{.start = start_apgd, .why = cheap}};
+  Field field = linear ? linear_field(problem) : first_order(held);
   if (!linear && can_factor(problem)) add_factoring(field, coulomb, size);
   Options here = options;  // the device does not serve this problem, and no part of it
   here.iterates = nullptr;
