@@ -22,14 +22,14 @@ def numbers(r: Results, benchmarks: str, engines: str) -> str:
         f"{e} {beside[SLOPE, n]['version']}" for e, n in (("amontons", OURS), ("MuJoCo", OTHER))
     )
     lines = [
-        f"A cube at 0.99 of the angle at which it slides **creeps by {creep} mm/s**; MuJoCo, defaults:"
-        f" {theirs} mm/s ([engines]({engines})).",
-        f"A standing robot with four legs takes **{step} µs per step**; MuJoCo, defaults: {their_step} µs"
-        f" ([engines]({engines})). Both lines: {versions}, {beside[SLOPE, OURS]['date']}.",
-        f"A wall of 750 bricks under impact, {float(wall['contacts']):.0f} contacts, takes"
-        f" **{1e3 * float(wall['step']):.0f} ms per step** of {1e3 * float(wall['dt']):.0f} ms on one core,"
-        f" to a residual of {float(wall['tolerance']):g} ([benchmarks]({benchmarks})).",
+        f"**{creep} mm/s** creep of a cube at 0.99 of the angle at which it slides; MuJoCo, defaults:"
+        f" {theirs} mm/s ([engines]({engines}))",
+        f"**{step} µs** per step of a standing robot with four legs; MuJoCo, defaults: {their_step} µs"
+        f" ([engines]({engines}); measured with {versions}, {beside[SLOPE, OURS]['date']})",
+        f"**{1e3 * float(wall['step']):.0f} ms** per step of {1e3 * float(wall['dt']):.0f} ms of a wall of"
+        f" 750 bricks under impact, {float(wall['contacts']):.0f} contacts, on one core, to a residual of"
+        f" {float(wall['tolerance']):g} ([benchmarks]({benchmarks}))",
         f"**{solved} of {len(files)}** contact problems of other engines are solved to a residual of 0.0001,"
-        f" with Coulomb's law ([benchmarks]({benchmarks})).",
+        f" with Coulomb's law ([benchmarks]({benchmarks}))",
     ]
     return "\n".join(f"- {line}" for line in lines)
