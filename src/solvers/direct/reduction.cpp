@@ -26,7 +26,7 @@ bool has_large_island(const Problem& problem, std::size_t most_rows) {
       for (std::size_t i = 0; i < run.count; ++i) rows[islands.of_block[run.block + i]] += S::dim;
     });
   }
-  return std::any_of(rows.begin(), rows.end(), [most_rows](std::size_t n) { return n > most_rows; });
+  return std::any_of(rows.begin(), rows.end(), [most_rows](std::size_t own) { return own > most_rows; });
 }
 
 }  // namespace
