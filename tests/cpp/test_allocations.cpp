@@ -82,8 +82,7 @@ TEST(iterations_do_not_allocate) {
                       " times in 50 and " + std::to_string(many) + " times in 200 iterations");
   };
   for (Law law : {Law::associated, Law::coulomb})
-    for (std::string_view method :
-         {"p-spg-fb", "p-spg-fb-literal", "jacobi", "gauss-seidel", "apgd"}) {
+    for (std::string_view method : {"p-spg-fb", "p-spg-fb-literal", "jacobi", "gauss-seidel", "apgd"}) {
       compare(contacts, "contacts", method, law);
       compare(dense, "a dense matrix", method, law);
       compare(sparse, "a sparse matrix", method, law);

@@ -43,9 +43,9 @@ struct Policy {
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
   // of freedom of the bodies. It changes their impulses by no more than the tolerance.
   double proximal = 1e-7;
-  // Sweeps after a failed Newton step (multiplications of the sweeps for one of that step, which also
-  // linearises the blocks and pivots): the largest of 1, 2 and 4 took the fewest factorisations in four of
-  // six runs of robots on the floor (`benchmarks/robots.py --fall`).
+  // Sweeps after a failed Newton step (multiplications for one of that step): the largest of 1, 2 and 4 took
+  // the fewest factorisations in four of six runs. These were robots on the floor (`benchmarks/robots.py
+  // --fall`).
   std::size_t sweeps_per_step = 4;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most of these runs.

@@ -9,9 +9,10 @@
 namespace amontons {
 
 // Solves (A + Theta^-1) y = r, the linear system of two methods: the interior point (Theta from the
-// Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection). Theta = R R' is block diagonal with one dim x dim factor R per cone block. A singular R is
-// allowed; the system then means y in range(R). An open contact has R = 0, a sliding one a rank below dim. In
-// terms of z, y = R z:
+// Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection).
+// Theta = R R' is block diagonal with one dim x dim factor R per cone block. A singular R is allowed; the
+// system then means y in range(R). An open contact has R = 0, a sliding one a rank below dim. In terms of z,
+// y = R z:
 //
 //    (I + R' A R) z = R' r.
 //
