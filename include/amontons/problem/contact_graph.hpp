@@ -10,16 +10,15 @@ namespace amontons {
 // The moving bodies on which each block of a contact system acts. Built once per problem; it serves the
 // islands, the order and batches of the fused passes, and the factorisation.
 //
-// Nodes are bodies, edges the blocks of K between two of them. Several edges may join the same two bodies,
-// and an edge may end at the world. Bodies keep their numbers; code that needs contiguous nodes numbers the
-// moving ones.
-//
 // Blocks of two islands share no moving body and no tree, so that the VI separates.
 struct Islands {
   std::size_t count = 0;
   std::vector<Index> of_block;  // in the order of their first blocks; those without a moving body form one
   std::vector<Index> of_body;   // -1: no block moves it
 };
+// Nodes are bodies, edges the blocks of K between two of them. Several edges may join the same two bodies,
+// and an edge may end at the world. Bodies keep their numbers; code that needs contiguous nodes numbers the
+// moving ones.
 struct ContactGraph {
   struct Link {
     Index a, b;  // -1: the world, or a body that impulses do not move

@@ -26,9 +26,8 @@ struct IslandPart {
   }
 };
 // The part of some blocks, ascending, of a ContactSystem, which must be whole islands. Bodies are free or of
-// trees. The arrays of `part`
-// keep their memory. `body_number` is scratch, -1 or empty before and -1 after: one for all parts, so that
-// the cost of many parts is linear in the whole.
+// trees. The arrays of `part` keep their memory. `body_number` is scratch, -1 or empty before and -1 after:
+// one for all parts, so that the cost of many parts is linear in the whole.
 void extract(const Problem& whole, std::span<const std::size_t> members, std::vector<Index>& body_number,
              IslandPart& part);
 

@@ -55,7 +55,7 @@ typedef unsigned int uint;
 // Sizes that all passes need: contacts, rows, and the lengths that their arrays are padded to.
 #define SIZES uint contacts, uint rows, uint stride, uint row_stride, uint flags
 
-// What is in `state`. Whole numbers are doubles. passes.py has the same list.
+// The scalars in `state`, all of them doubles. methods.py lists the same names in this order.
 enum {
   STOP,       // 0, or why the host is asked: REFRESH, STATIONARY, ENOUGH
   LEFT,       // iterations that may still be made
