@@ -159,6 +159,15 @@ def growth_table(r: Results) -> str:
     return table(("family", "engine", "size: ms a step", "exponent"), rows)
 
 
+def exponent_table(r: Results) -> str:
+    """A line per family, a column per engine: the slope of log(time) over log(size)."""
+    found = {(row["family"], row["engine"]): f"{float(row['exponent']):z.2f}" for row in r.exponents}
+    engines = list(dict.fromkeys(engine for _, engine in found))
+    families = dict.fromkeys(family for family, _ in found)
+    rows = [(family, *(found.get((family, engine), "") for engine in engines)) for family in families]
+    return table(("family", *engines), rows)
+
+
 def late(row: dict[str, str]) -> tuple[str, str, str]:
     """The limit, how many ended in time, and how late the last one was."""
     return milliseconds(row["limit"]), f"{row['in_time']} of {row['times']}", digits(row["late_worst"], 1e3)
@@ -206,7 +215,8 @@ def curves(r: Results, link: str) -> str:
     parts += ["## Settings", settings_table(r)]
     if r.solvers:
         parts += ["## Solvers, table", r.origin("solvers.csv"), solver_table(r)]
-    parts += ["## Growth, table", r.origin("growth.csv", "exponents.csv"), growth_table(r)]
+    parts += ["## Growth, table", r.origin("growth.csv", "exponents.csv"), exponent_table(r)]
+    parts += [f"[Times of a step by size]({link}#growth)."]
     if r.budgets:
         parts += ["## Stopped by the clock, table", r.origin("budgets.csv"), budget_table(r)]
     parts += [f"[All rows]({link})."]
