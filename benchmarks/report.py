@@ -16,7 +16,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
-from statistics import median
+from statistics import linear_regression, median
+from typing import Any
 
 from beside.figure import error, finished, label
 from common import ORIGINS, ROOT, read_csv
@@ -82,9 +83,9 @@ def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
     return table(tuple(columns), [[cell(row, spec) for spec in columns.values()] for row in rows])
 
 
-def grouped(rows: Iterable[Row], *keys: str) -> dict[tuple[str, ...], Rows]:
+def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     """The rows by their values of these columns, in the order in which they come."""
-    groups: dict[tuple[str, ...], Rows] = {}
+    groups: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
     return groups
@@ -253,27 +254,11 @@ def more_cores(s: Row) -> str:
     return f"{float(many) / float(one):.2f}" if one and many else ""
 
 
-def share(part: str) -> Callable[[Row], str]:
-    return lambda row: f"{100 * float(row[part]) / float(row['step']):.0f} %"
-
-
 SCENES: dict[str, Spec] = {
     "scene": "name", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
     "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "step ms",
     "real-time factor": "real_time_factor .2g", "all cores over one": more_cores,
     "worst residual": "residual_worst .1e",
-}  # fmt: skip
-PHASES: dict[str, Spec] = {
-    "scene": "name", "simulated (s)": "simulated .3g", "collision": share("collision"),
-    "assembly": share("assembly"), "solve": share("solve"), "median step (ms)": "step_median ms",
-    "longest (ms)": "step_longest ms", "iterations": "iterations .0f",
-    "converged": lambda s: f"{s['converged']} of {s['steps']}", "median residual": "residual_median .1e",
-    "penetration (m)": "penetration .1e", "joint error (m)": "joint_error .1e",
-}  # fmt: skip
-STEPS: dict[str, Spec] = {
-    "scene": "scene", "law": "law", "tolerance": "tolerance .1e", "method": "used",
-    "residual": "residual .1e", "iterations": "iterations", "products": "products", "ms": "wall ms",
-    "fastest": "fastest ms", "processor": "processor_time ms",
 }  # fmt: skip
 UNSOLVED: dict[str, Spec] = {
     "file": "file", "law": "law", "tolerance": "tolerance .1e", "residual": "residual .1e",
@@ -296,65 +281,55 @@ MEASURED: dict[str, Spec] = {
 }  # fmt: skip
 
 
-def physics_table(rows: Rows) -> str:
+def missed_bounds(rows: Rows) -> str:
+    """The claims of physics.csv that miss their bound, and how many meet it."""
+
     def limit(row: Row) -> str:
         value = float(row["limit"])
         if not math.isfinite(value):
             return ""
         return f"below {value:.2g}" if value >= 0 else f"above {-value:.2g}"
 
-    return view(rows, {
+    bounded = [row for row in rows if limit(row)]
+    missed = [row for row in bounded if row["met"] == "no"]
+    table = view(missed, {
         "Scene": "claim", "Quantity": "figure",
         "Measured": lambda row: f"{float(row['value']):.2g} {row['unit']}".strip(), "Bound": limit,
-        "Met": lambda row: "" if not limit(row) else "yes" if row["met"] == "yes" else "**no**",
+        "Met": lambda row: "**no**",
     })  # fmt: skip
+    return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
 
 
 ORDERS = """Errors at the end of a motion at four steps, each half of the one before
-([orders.py](../benchmarks/orders.py)). Rows of joints leave errors of position below 1e-4 of `Model.length`,
-which have no order. Dashed lines belong to coordinates of trees. The humanoid is of first order: servos go by
-the bodies beside the joint, and a foot is light, although it stands.
+([orders.py](../benchmarks/orders.py), [numbers]({link}/orders.csv)). Rows of joints leave errors of
+position below 1e-4 of `Model.length`, which have no order. Dashed lines belong to coordinates of trees. The
+humanoid is of first order: the damping of a servo follows the inertia of the two bodies at its joint, and a
+foot is light although it stands.
 
 ![Errors of positions and velocities over the step](figures/orders.png)"""
 
 
-def order_table(rows: Rows) -> str:
-    """Errors at the longest and the shortest step, and the mean order."""
-
-    def cells(row: Row, what: str) -> tuple[str, ...]:
-        ends = (f"{float(row[f'{what}_{k}']):.1e}" for k in (0, 3))
-        return (*ends, cell(row, f"{what}_order .2f") or "exact")
-
-    lines = [
-        (row["scene"], row["joints"], f"{1e3 * float(row['dt']):g} to {1e3 * float(row['dt']) / 8:g}",
-         *cells(row, "position"), *cells(row, "velocity"))
-        for row in rows
-    ]  # fmt: skip
-    parts = [(f"{what}, first", "last", "order") for what in ("Position (m)", "Velocity (m/s)")]
-    return table(("Scene", "Joints as", "Step (ms)", *parts[0], *parts[1]), lines)
-
-
 def summary(r: Results, link: str) -> str:
-    """What docs/benchmarks.md shows, with a link to the rest."""
-    lines = [f"{r.machine}; [all tables, versions and commands]({link}).", targets(r)]
+    """What docs/benchmarks.md shows; `link` leads to the folder of results."""
+    lines = [f"{r.machine}; [all tables, versions and commands]({link}/tables.csv).", targets(r)]
     if scenes := r["simulation"]:
-        tables = (view(scenes, SCENES), view(scenes, PHASES))
-        lines += ["### Simulated scenes", r.origin("simulation"), *tables]
+        lines += ["### Simulated scenes", r.origin("simulation"), view(scenes, SCENES)]
+        lines += [f"[Phases, longest steps and overlaps]({link}/simulation.csv) of the same scenes."]
     if physics := r["physics"]:
-        lines += ["### Physics", r.origin("physics"), physics_table(physics)]
-    if orders := r["orders"]:
-        lines += ["### Order of a step", r.origin("orders"), ORDERS, order_table(orders)]
+        what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv)"
+        lines += ["### Physics", r.origin("physics"), f"{what}: {missed_bounds(physics)}"]
+    if "orders.csv" in r.origins:
+        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
     unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
     lines += ["### Files that were not solved", r.origin("files")]
     lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
-    lines += ["### Time steps", r.origin("steps"), view(r["steps"], STEPS)]
     return "\n\n".join(lines)
 
 
 def measured(r: Results, link: str) -> str:
     """The part of the README: some scenes, and one sentence on the solver alone."""
     origin = r.origin("simulation", "files")
-    lines = [f"One core of an {r.machine}; `make bench` ([all results]({link})). {origin}."]
+    lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
     if scenes := r["simulation"]:
         lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
     facts = [
@@ -379,7 +354,9 @@ def choosing_table(r: Results, link: str) -> str:
         found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
         return "–" if found == ["–", "–"] else " / ".join(found)
 
-    head = f"One core of an {r.machine}; `make bench` ([all results]({link})). {r.origin('methods')}."
+    head = (
+        f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."
+    )
     parts = [head]
     for law in ("associated", "coulomb"):
         rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
@@ -519,13 +496,18 @@ def load(beside: Rows) -> str:
     return f"Times: one core of an {machines}; {programs}. On an idle machine it is one or two."
 
 
+def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
+    """The slope of log(time of a step) over log(size) by least squares."""
+    points = [(math.log(float(r["size"])), math.log(float(r["step"]))) for r in rows if r["step"] != ""]
+    return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
+
+
 def growth_table(r: Results) -> str:
     """A line per family and engine: ms a step by size, and the exponent."""
-    exponents = {(row["family"], row["engine"]): row for row in r["exponents"]}
     lines = []
     for key, rows in grouped(r["growth"], "family", "engine").items():
         cells = [f"{float(row['size']):g}: {milliseconds(row['step'])}" for row in rows if row["step"] != ""]
-        lines.append((*key, ", ".join(cells), cell(exponents[key], "exponent .2f")))
+        lines.append((*key, ", ".join(cells), f"{exponent(rows):.2f}"))
     return table(("family", "engine", "size: ms a step", "exponent"), lines)
 
 
@@ -546,10 +528,10 @@ def curves(r: Results, link: str) -> str:
     parts += ["## Settings", view(settings, SETTINGS)]
     if solvers := r["solvers"]:
         parts += ["## Solvers, table", r.origin("solvers"), solver_table(solvers)]
-    parts += ["## Growth, table", r.origin("growth", "exponents"), growth_table(r)]
+    parts += ["## Growth, table", r.origin("growth"), growth_table(r)]
     if budgets := r["budgets"]:
         parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
-    return "\n\n".join([*parts, f"[All rows]({link})."])
+    return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
 
 
 # docs/measured.md.
@@ -690,15 +672,17 @@ def renew_documents(folder: Path) -> None:
         ("docs/choosing.md", "methods", choosing_table),
         ("docs/engine-curves.md", "engines", curves),
     ):
-        link = Path(os.path.relpath(folder / ORIGINS, (ROOT / document).parent)).as_posix()
+        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
         renew(document, mark, make(r, link))
     renew("docs/choosing.md", "profile", profile_table(r))
     renew("README.md", "beside", summary_table(r["beside"], SHOWN_BESIDE))
     renew("README.md", "numbers", numbers(r, "docs/benchmarks.md", "docs/engines.md"))
     renew("docs/index.md", "numbers", numbers(r, "benchmarks.md", "engines.md"))
-    for name in ("engines.md", "engine-curves.md", "peers.md", "index.md"):
-        document = ROOT / "docs" / name
-        document.write_text(with_figures(document.read_text(), r["beside"]))
+    beside = r["beside"]
+    for document in (ROOT / "docs").glob("*.md"):
+        text = document.read_text()
+        if FIGURE.search(text):
+            document.write_text(with_figures(text, beside))
     renew_measured(folder)
 
 
