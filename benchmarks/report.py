@@ -2,8 +2,8 @@
 
     python benchmarks/report.py FOLDER [--docs]
 
-Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md, choosing.md,
-engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in sentences
+Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md,
+choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in sentences
 beside other engines.
 """
 
