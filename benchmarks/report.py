@@ -3,8 +3,8 @@
     python benchmarks/report.py FOLDER [--docs]
 
 Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md,
-choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in sentences
-beside other engines.
+choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in
+sentences beside other engines.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from common import ORIGINS, ROOT, read_csv
 Row = dict[str, str]
 Rows = list[Row]
 Spec = str | Callable[[Row], str]
-"""A cell: a function of the row, or a column with a format behind a space: one of `format`, "ms" for seconds in
-ms, "x1e3" for two digits of the value times 1e3, "~3" for three digits of a number and texts as they are."""
+"""A cell: a function of the row, or a column with a format behind a space: one of `format`, "ms" for seconds
+in ms, "x1e3" for two digits of the value times 1e3, "~3" for three digits of a number and texts as they
+are."""
 
 
 # Numbers and tables.
@@ -354,10 +355,8 @@ def choosing_table(r: Results, link: str) -> str:
         found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
         return "–" if found == ["–", "–"] else " / ".join(found)
 
-    head = (
-        f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."
-    )
-    parts = [head]
+    machine = f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv))"
+    parts = [f"{machine}. {r.origin('methods')}."]
     for law in ("associated", "coulomb"):
         rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
         scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
