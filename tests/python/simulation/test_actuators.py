@@ -232,7 +232,7 @@ def test_wrong_actuators(name):
     assert message in str(error.value)
 
 
-# Breaks when a part as a whole is another one than that of the call with keywords, or its names are not found.
+# Breaks when a part as a whole is another one than that of a call with keywords, or its names are not found.
 def test_parts_as_a_whole():
     models = []
     for whole in (True, False):
