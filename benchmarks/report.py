@@ -579,7 +579,7 @@ GROUPS = {
 
 
 def adams(rows: Rows) -> str:
-    """The worst of each group of quantities at each step, of cases that miss a target; and how many meet it."""
+    """The worst of each group at each step, of cases that miss a target; and how many meet it."""
     lines = []
     missed = {row["case"] for row in rows if row["met"] == "no"}
     shown = [row for row in rows if row["case"] in missed]
