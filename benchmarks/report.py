@@ -34,7 +34,7 @@ README = ROOT / "README.md"
 HOME = ROOT / "docs" / "index.md"
 CHOOSING = ROOT / "docs" / "choosing.md"
 CURVES = ROOT / "docs" / "engine-curves.md"
-WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, ROOT / "docs" / "peers.md", HOME)
+WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, HOME)
 SHOWN = {
     "B1 network": "lattice of 1000 parts on joints",
     "B3 plates 1:100": "stack of 20 plates, masses 1:100",
