@@ -26,6 +26,9 @@ DOCUMENTS = [
 ESSENTIAL = {
     "README.md",
     "docs/simulation.md",
+    "docs/contacts.md",
+    "docs/joints.md",
+    "docs/state.md",
     "docs/physics.md",
     "docs/python.md",
     "docs/tutorials/robots.md",
@@ -200,7 +203,7 @@ def test_security_page_names_all_files(root):
         "Callbacks",
     ):
         assert kind in page, kind
-    for name in ("README.md", "docs/studies.md", "docs/simulation.md", "docs/models.md"):
+    for name in ("README.md", "docs/studies.md", "docs/state.md", "docs/models.md"):
         assert "SECURITY.md" in (root / name).read_text(), name
     assert "## Report a problem" in page
 
