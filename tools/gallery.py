@@ -26,7 +26,6 @@ from amontons.report.force_lines import line_rows
 from amontons.report.picture import NO_LINES, Frame, Picture, View, frame_of
 from cutout import cutout, saved
 from numpy.typing import NDArray
-from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "figures" / "gallery"
@@ -140,8 +139,8 @@ ROBOTS: dict[str, tuple[Callable[[], Simulation], Moment, str]] = {
 SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
 HEAD = """# Gallery
 
-Robots, [recipes](#recipes) of mechanisms, and every scene of `amontons.scenes`, a moment of each. [Scenes](scenes.md) has their
-parameters. `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
+Robots, [recipes](#recipes) of mechanisms, and every scene of `amontons.scenes`, a moment of each.
+[Scenes](scenes.md) has their parameters. `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
 are lines, and an orange line is the path of a point. Drawn by [tools/gallery.py](../tools/gallery.py).
 """
 

@@ -20,10 +20,13 @@ EYES = {
 DECOMPOSED = ("bowl", "mug", "gripper_mug", "geneva")
 """Those that need the package coacd."""
 HEAD = """
-Mechanisms that are often asked for, each a program of one screen in `examples/recipes`, which checks its result against a closed form
-or a bound. Where a part is not convex, `shapes.decompose` makes convex parts of its mesh: bowl, mugs, Geneva wheel
-([shapes](models.md#meshes-as-shapes), `pip install amontons[decompose]`). Where its pieces are known, as teeth and threads are, hulls are
-quicker and more exact: gears, nut. Where contact does not matter, `add_coupling` or a tendon takes its place: rack, screw, belt.
+Mechanisms that are often asked for. Each is a program of one screen in `examples/recipes`, which checks its
+result against a closed form or a bound.
+
+- Where a part is not convex, `shapes.decompose` makes convex parts of its mesh: bowl, mugs, Geneva wheel
+  ([shapes](models.md#meshes-as-shapes), `pip install amontons[decompose]`).
+- Where its pieces are known, as teeth and threads are, hulls are quicker and more exact: gears, nut.
+- Where contact does not matter, `add_coupling` or a tendon takes its place: rack, screw, belt.
 """
 
 
