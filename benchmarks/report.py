@@ -502,12 +502,11 @@ def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
 
 
 def growth_table(r: Results) -> str:
-    """A line per family and engine: ms a step by size, and the exponent."""
-    lines = []
-    for key, rows in grouped(r["growth"], "family", "engine").items():
-        cells = [f"{float(row['size']):g}: {milliseconds(row['step'])}" for row in rows if row["step"] != ""]
-        lines.append((*key, ", ".join(cells), f"{exponent(rows):.2f}"))
-    return table(("family", "engine", "size: ms a step", "exponent"), lines)
+    """A line per family, a column per engine: the exponent of the time of a step over the size."""
+    found = {key: f"{exponent(rows):z.2f}" for key, rows in grouped(r["growth"], "family", "engine").items()}
+    families, engines = (list(dict.fromkeys(names)) for names in zip(*found, strict=True))
+    rows = [(family, *(found.get((family, engine), "") for engine in engines)) for family in families]
+    return table(("family", *engines), rows)
 
 
 BUDGETS: dict[str, Spec] = {
@@ -528,6 +527,7 @@ def curves(r: Results, link: str) -> str:
     if solvers := r["solvers"]:
         parts += ["## Solvers, table", r.origin("solvers"), solver_table(solvers)]
     parts += ["## Growth, table", r.origin("growth"), growth_table(r)]
+    parts += [f"[Times of a step by size]({link}/growth.csv)."]
     if budgets := r["budgets"]:
         parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
     return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
@@ -579,9 +579,11 @@ GROUPS = {
 
 
 def adams(rows: Rows) -> str:
-    """One line for each case and step: the worst of each group of quantities; and how many meet a target."""
+    """The worst of each group of quantities at each step, of cases that miss a target; and how many meet it."""
     lines = []
-    for (case, dt), group in groupby(rows, key=lambda row: (row["case"], row["dt_ms"])):
+    missed = {row["case"] for row in rows if row["met"] == "no"}
+    shown = [row for row in rows if row["case"] in missed]
+    for (case, dt), group in groupby(shown, key=lambda row: (row["case"], row["dt_ms"])):
         own = list(group)
         line = [case.replace("_", " "), short(dt), short(own[0]["their_step_ms"])]
         for start in GROUPS:
