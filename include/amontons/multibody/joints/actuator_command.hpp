@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-// What actuators follow in a step of length h.
+// The controls that actuators follow in a step of length h.
 struct ActuatorCommand {
   const Model& model;
   const State& state;
