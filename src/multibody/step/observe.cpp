@@ -70,7 +70,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   take_held_loads(state, step.last / (2 * kick), o.held);
   add_motor_loads(model, o.joints, o.held.controls, kick, o.loads);
   add_joint_forces(step.tree, o.frames, o.joints, o.held.joint_forces, kick, o.loads);
-  add_actuator_loads(model, o.frames, o.joints, o.start, state, o.held.controls, h, kick, o.loads);
+  add_actuator_loads({model, state, o.held.controls, h}, o.frames, o.joints, o.start, kick, o.loads);
   o.efforts = o.loads;
   for (std::size_t i = 0; i < o.loads.size(); ++i) {
     o.loads[i].force += kick * o.held.forces[i];
