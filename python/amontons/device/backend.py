@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..checks import Array
 from ..errors import InputError
 
@@ -49,8 +50,13 @@ class Backend(Protocol):
         """A buffer; InputError where the device has no room."""
         ...
 
+    def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
+        """Memory of the host that uploads read fastest."""
+        ...
+
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
-        """Copy an array into a buffer, from its entry `begin` of the type of the array on."""
+        """Copy an array into a buffer, from its entry `begin` of the type of the array on. An array in
+        `host_memory` may be read until the next download."""
         ...
 
     def download(self, buffer: Any, begin: int, count: int) -> Array:
@@ -79,11 +85,15 @@ def no_room(device: Device, wanted: int) -> InputError:
 
 
 class Memory:
-    """Buffers by name, which grow and stay: the next problem of a simulation finds them."""
+    """Buffers by name, which grow and stay, with what they hold: the next problem finds them."""
 
     def __init__(self, backend: Backend) -> None:
         self._backend = backend
         self._buffers: dict[str, tuple[int, Any]] = {}
+        self._layout: _core.DeviceLayout | None = None
+        self._there: set[str] = set()  # arrays of the layout whose buffers hold what they hold
+        self.sent = 0
+        """bytes of all uploads"""
 
     @property
     def nbytes(self) -> int:
@@ -104,6 +114,30 @@ class Memory:
     def filled(self, name: str, values: NDArray[Any]) -> Any:
         """A buffer with the values of an array."""
         held = self.buffer(name, values.nbytes)
-        if values.nbytes:
-            self._backend.upload(held, np.ascontiguousarray(values))
+        self.upload(held, values)
         return held
+
+    def upload(self, held: Any, values: NDArray[Any], begin: int = 0) -> None:
+        """See `Backend`; counted."""
+        self.sent += values.nbytes
+        if values.nbytes:
+            self._backend.upload(held, np.ascontiguousarray(values), begin)
+
+    def packed(
+        self, problem: _core.Problem, threads: int
+    ) -> tuple[_core.DeviceLayout, dict[str, NDArray[Any]], dict[str, Any]]:
+        """The layout of a problem, its arrays, and buffers with them. Only arrays that differ from those of
+        the last problem are sent."""
+        there, self._there = self._there, set()  # an exception leaves buffers of which nothing is known
+        if self._layout is None:
+            self._layout = _core.DeviceLayout(problem, threads, self._backend.host_memory)
+        else:
+            self._layout.fill(problem, threads)
+        there -= set(self._layout.changed())
+        arrays = self._layout.arrays()
+        held = {
+            name: self.buffer(name, values.nbytes) if name in there else self.filled(name, values)
+            for name, values in arrays.items()
+        }
+        self._there = set(held)
+        return self._layout, arrays, held

@@ -70,6 +70,11 @@ class Cuda:
         except self._cupy.cuda.memory.OutOfMemoryError:
             raise no_room(self.device, nbytes) from None
 
+    def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
+        """See `Backend`. Pinned: the device copies it while the host goes on."""
+        with self._on:
+            return np.frombuffer(self._cupy.cuda.alloc_pinned_memory(nbytes), np.uint8, nbytes)
+
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""
         offset = begin * values.itemsize

@@ -88,6 +88,10 @@ class OpenCL:
         except cl.Error:
             raise no_room(self.device, nbytes) from None
 
+    def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
+        """See `Backend`."""
+        return np.empty(nbytes, np.uint8)
+
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""
         self._cl.enqueue_copy(self._queue, buffer, values, dst_offset=begin * values.itemsize)
