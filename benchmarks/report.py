@@ -454,36 +454,36 @@ def summary_table(beside: Rows, only: Sequence[str] = ()) -> str:
 
 
 SETTINGS: dict[str, Spec] = {
-    "setting": "engine", "version": "version",
+    "setting, with its manual": lambda row: f"[{row['engine']}]({row['manual']})", "version": "version",
     "options": lambda row: f"`{row['options']}`" if row["options"] else "defaults",
-    "manual": lambda row: f"[{row['engine'].partition(',')[0]}]({row['manual']})",
 }  # fmt: skip
 """What each engine was given, and the page of its manual."""
 
 
 def solver_table(rows: Rows) -> str:
-    """A solver and a tolerance a line, for files and steps: the problems solved by each measure, and the time
-    over ours."""
+    """A solver a line, for files and steps, a number per tolerance: the problems solved by each measure, and
+    the time over ours where both solve."""
     ours = {(row["file"], row["tolerance"]): row for row in rows if row["solver"] == "amontons"}
     kinds = [{"kind": "steps" if row["file"].startswith("step ") else "files", **row} for row in rows]
     lines = []
-    for (kind, solver, tolerance), mine in grouped(kinds, "kind", "solver", "tolerance").items():
-        answered = [row for row in mine if row["time"]]
-        by_ours, by_theirs = (
-            sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
-        )
-        ratios = [
-            float(row["time"]) / float(ours[row["file"], tolerance]["time"])
-            for row in answered
-            if row["solved"] == ours[row["file"], tolerance]["solved"] == "True"
-        ]
-        faster = sum(ratio < 1 for ratio in ratios)
-        lines.append((kind, solver, scientific(tolerance), f"{len(mine)}", f"{by_ours}", f"{by_theirs}",
-                      f"{len(mine) - len(answered)}", digits(str(median(ratios)), 1) if ratios else "",
-                      f"{faster} of {len(ratios)}"))  # fmt: skip
-    header = ("problems of", "solver", "asked for", "problems", "solved, by our residual",
-              "solved, by Siconos' error", "without answer", "median time over ours",
-              "faster than ours")  # fmt: skip
+    for (kind, solver), own in grouped(kinds, "kind", "solver").items():
+        cells = []
+        for (tolerance,), mine in grouped(own, "tolerance").items():
+            answered = [row for row in mine if row["time"]]
+            by_ours, by_theirs = (
+                sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
+            )
+            ratios = [
+                float(row["time"]) / float(ours[row["file"], tolerance]["time"])
+                for row in answered
+                if row["solved"] == ours[row["file"], tolerance]["solved"] == "True"
+            ]
+            middle = digits(str(median(ratios)), 1) if ratios else "-"
+            faster = f"{sum(ratio < 1 for ratio in ratios)} of {len(ratios)}"
+            cells.append((f"{by_ours}", f"{by_theirs}", f"{len(mine) - len(answered)}", middle, faster))
+        lines.append((f"{len(mine)} {kind}", solver, *map(", ".join, zip(*cells, strict=True))))
+    header = ("problems", "solver", "solved, by our residual", "solved, by Siconos' error", "without answer",
+              "median time over ours", "faster than ours")  # fmt: skip
     return table(header, lines)
 
 
@@ -525,7 +525,8 @@ def curves(r: Results, link: str) -> str:
     parts = ["## Least error of each engine", r.origin("beside"), load(beside), summary_table(beside)]
     parts += ["## Settings", view(settings, SETTINGS)]
     if solvers := r["solvers"]:
-        parts += ["## Solvers, table", r.origin("solvers"), solver_table(solvers)]
+        asked = "Numbers are for 1e-4, 1e-6 and 1e-8."
+        parts += ["## Solvers, table", f"{r.origin('solvers')}. {asked}", solver_table(solvers)]
     parts += ["## Growth, table", r.origin("growth"), growth_table(r)]
     parts += [f"[Times of a step by size]({link}/growth.csv)."]
     if budgets := r["budgets"]:
@@ -579,7 +580,7 @@ GROUPS = {
 
 
 def adams(rows: Rows) -> str:
-    """The worst of each group of quantities at each step, of cases that miss a target; and how many meet it."""
+    """Cases that miss a target: the worst of each group of quantities at each step; and how many meet it."""
     lines = []
     missed = {row["case"] for row in rows if row["met"] == "no"}
     shown = [row for row in rows if row["case"] in missed]

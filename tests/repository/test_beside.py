@@ -424,7 +424,7 @@ def test_check_runs_suspects_again(monkeypatch, capsys):
 
 
 # Breaks when figures in sentences of the pages are not those of the table that they name.
-@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "peers.md", "index.md"])
+@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "index.md"])
 def test_figures_in_sentences_are_measured(page):
     import report
     from common import RESULTS, read_csv

@@ -67,7 +67,7 @@ def test_two_clicks(site):
     wanted = ("install.html", "tutorials/first_scene.html", "tutorials/robots.html", "playground.html",
               "tutorials/contact_forces.html", "troubleshooting.html", "gallery.html")  # fmt: skip
     assert set(wanted) <= first
-    assert {"scenes.html", "models.html", "simulation.html", "limits.html"} <= second
+    assert {"scenes.html", "models.html", "simulation.html", "engines.html"} <= second
 
 
 # Breaks when the four figures of the home page or of the README are not those of the tables.
