@@ -10,7 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from ..checks import Array
 from ..errors import InputError
 
@@ -90,8 +89,10 @@ class Memory:
     def __init__(self, backend: Backend) -> None:
         self._backend = backend
         self._buffers: dict[str, tuple[int, Any]] = {}
-        self._layout: _core.DeviceLayout | None = None
-        self._there: set[str] = set()  # arrays of the layout whose buffers hold what they hold
+        self.layout: Any = None
+        """the arrays of the last problem on the host"""
+        self.there: set[str] = set()
+        """names of these arrays whose buffers hold the same"""
         self.sent = 0
         """bytes of all uploads"""
 
@@ -122,22 +123,3 @@ class Memory:
         self.sent += values.nbytes
         if values.nbytes:
             self._backend.upload(held, np.ascontiguousarray(values), begin)
-
-    def packed(
-        self, problem: _core.Problem, threads: int
-    ) -> tuple[_core.DeviceLayout, dict[str, NDArray[Any]], dict[str, Any]]:
-        """The layout of a problem, its arrays, and buffers with them. Only arrays that differ from those of
-        the last problem are sent."""
-        there, self._there = self._there, set()  # an exception leaves buffers of which nothing is known
-        if self._layout is None:
-            self._layout = _core.DeviceLayout(problem, threads, self._backend.host_memory)
-        else:
-            self._layout.fill(problem, threads)
-        there -= set(self._layout.changed())
-        arrays = self._layout.arrays()
-        held = {
-            name: self.buffer(name, values.nbytes) if name in there else self.filled(name, values)
-            for name, values in arrays.items()
-        }
-        self._there = set(held)
-        return self._layout, arrays, held

@@ -34,6 +34,26 @@ def tiles(n: int) -> int:
     return -(-n // TILE)
 
 
+def packed(
+    backend: Backend, memory: Memory, problem: _core.Problem, threads: int
+) -> tuple[_core.DeviceLayout, dict[str, Any], dict[str, Any]]:
+    """The layout of a problem, its arrays, and buffers with them. Only arrays that differ from those of the
+    last problem in this memory are sent."""
+    there, memory.there = memory.there, set()  # an exception leaves buffers of which nothing is known
+    if memory.layout is None:
+        memory.layout = _core.DeviceLayout(problem, threads, backend.host_memory)
+    else:
+        memory.layout.fill(problem, threads)
+    there -= set(memory.layout.changed())
+    arrays = memory.layout.arrays()
+    held = {
+        name: memory.buffer(name, values.nbytes) if name in there else memory.filled(name, values)
+        for name, values in arrays.items()
+    }
+    memory.there = set(held)
+    return memory.layout, arrays, held
+
+
 class DeviceMethod:
     """P-SPG-FB or APGD for one problem, whose vectors and scalars stay on a device.
 
@@ -44,7 +64,7 @@ class DeviceMethod:
     def __init__(
         self, problem: _core.Problem, law: _core.Law, backend: Backend, memory: Memory, *, threads: int = 0
     ) -> None:
-        layout, arrays, held = memory.packed(problem, threads)
+        layout, arrays, held = packed(backend, memory, problem, threads)
         self._layout = layout
         self._backend, self._memory = backend, memory
         self.launches = self.reads = 0

@@ -27,8 +27,8 @@ using Writer = HostArray<double>::Writer;
 
 // Places that a thread takes at a time: some 0.1 ms of work, long beside the hand-over to a thread.
 constexpr std::size_t places_per_part = 4096;
-// A contact of the problem is 424 bytes, of which the passes need numbers on five lines. Their order along
-// the curve is none that the processor foresees: it is told this many contacts ahead.
+// A contact of the problem is 424 bytes. The passes need numbers on its first five lines. The processor does
+// not foresee the order along the curve. So lines are fetched this many contacts ahead.
 constexpr std::size_t contacts_ahead = 16, bytes_of_contact = 256;
 // The key of an entry that is in no list.
 constexpr std::uint32_t no_key = std::numeric_limits<std::uint32_t>::max();

@@ -13,9 +13,9 @@ namespace amontons {
 // the device copies it by itself. Empty: ordinary memory.
 using HostMemory = std::function<std::shared_ptr<void>(std::size_t bytes)>;
 
-// An array in such memory, which it keeps where the next size fits: a problem of a million contacts takes
-// 0.2 GB, and the first touch of new pages costs more than to fill them. `changed` says whether the array
-// differs from what it held before, so that a device is sent no more.
+// An array in such memory. It keeps the memory where the next size fits, because the first touch of new pages
+// costs more than to fill them. `changed` says whether the array differs from what it held before, so that a
+// device is sent no more.
 template <class T>
 class HostArray {
   using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
