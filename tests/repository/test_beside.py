@@ -424,17 +424,17 @@ def test_check_runs_suspects_again(monkeypatch, capsys):
 
 
 # Breaks when figures in sentences of the pages are not those of the table that they name.
-@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "peers.md", "index.md"])
+@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "index.md"])
 def test_figures_in_sentences_are_measured(page):
+    import report
     from common import RESULTS, read_csv
-    from reports import engines
 
     text = (Path(__file__).parents[2] / "docs" / page).read_text()
     table = read_csv(RESULTS / "beside" / "beside.csv")
     assert table
-    assert engines.with_figures(text, table) == text
+    assert report.with_figures(text, table) == text
     if page == "engines.md":
-        assert len(engines.FIGURE.findall(text)) > 10
+        assert len(report.FIGURE.findall(text)) > 10
 
 
 # Breaks when the committed table holds a tuned setting that does nothing, or a row without version or manual.
@@ -508,7 +508,7 @@ def test_late_solvers_have_blank_rows(tmp_path):
 
 # Breaks when an exponent is another than the slope of a power law.
 def test_exponents_are_slopes():
-    import growth
+    import report
 
     law = [{"size": n, "step": 3e-6 * n**1.5} for n in (10, 20, 80)]
-    assert growth.exponent(law) == pytest.approx(1.5, rel=1e-9)
+    assert report.exponent(law) == pytest.approx(1.5, rel=1e-9)

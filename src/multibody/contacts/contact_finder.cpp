@@ -10,14 +10,11 @@
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/policy.hpp"
 
 namespace amontons {
 
 namespace {
-
-// Turns (rad) below it are neglected: a point at the distance r from the axis departs from its tangent by r
-// a^2 / 2, half a millionth of r.
-constexpr double least_turn = 1e-3;
 
 // The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution moves
 // no point along its normal.
@@ -105,8 +102,9 @@ bool has_edges(const Shape& shape) {
   return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
          !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
 }
+
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
-constexpr double same_normal = 1e-6;
+constexpr double same_normal = 1e-6;  // not tuned: rounding
 
 // Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
 // pose is found once.
@@ -268,23 +266,21 @@ void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Pas
   contacts.swap(found_);
 }
 
-// Both searches report overlaps above a tenth of the margin. Smaller ones are no error: contacts close gaps
-// to zero only within rounding and the tolerance.
+// Both searches report overlaps above the allowance.
 void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& contacts) {
-  const double allowance = reach.margin / 10;
+  const double allowance = contacts::policy.allowance * reach.margin;
   redundant_.call_in(reach, contacts);
   edges_.call_in(reach, contacts);
   find_missed(reach, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
 
-// Points within a thousandth of the margin are the same.
 bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
                              const std::vector<Contact>& contacts) const {
-  const double same = 1e-6 * reach.margin * reach.margin;
+  const double same = contacts::policy.same_point * reach.margin;
   const auto [first, last] = keys_of(by_pair_, pair_of(contact));
   return std::any_of(first, last, [&](const PairKey& key) {
-    return norm_squared(contacts[key.contact].point - contact.point) <= same;
+    return norm(contacts[key.contact].point - contact.point) <= same;
   });
 }
 
@@ -293,7 +289,8 @@ void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contact
   found_.clear();
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
   visit(reach, one_moves, [&](const Contact& contact, double closing) {
-    if (closing < -reach.margin / 10 && !is_known(reach, contact, contacts)) found_.push_back(contact);
+    if (closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts))
+      found_.push_back(contact);
   });
   contacts.insert(contacts.end(), found_.begin(), found_.end());
 }
@@ -368,7 +365,7 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     const double turn = half.turn(a.body) + half.turn(b.body);
     const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
-    if ((end - first > 1 && !rolls) || turn < 0.5 * least_turn) continue;
+    if ((end - first > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
     points_.clear();
     const Transform frame_a = half.frame(a), frame_b = half.frame(b);
@@ -415,7 +412,7 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
+    if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) continue;
     Contact c = contacts[by_pair_[first].contact];
     c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
     const Transform frame_a = later.frame(a), frame_b = later.frame(b);
