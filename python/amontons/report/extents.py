@@ -17,7 +17,7 @@ FAR = 3.0
 """Parts farther from the middle half of all than this many times its spread do not count."""
 FEW = 5
 """Fewer things all count."""
-MARGIN = 0.04
+MARGIN = 0.08
 THIN = 0.15
 
 
