@@ -16,7 +16,7 @@ pinion = builder.add_body(
     shape=wheel,
     density=7800,
 )
-rack = builder.add_body("rack", position=(-0.012, 0, 0.1), shape=shapes.Box((0.012, 0.02, 0.3)), mass=mass)
+rack = builder.add_body("rack", position=(-0.012, 0, -0.1), shape=shapes.Box((0.012, 0.02, 0.3)), mass=mass)
 teeth = 20
 tooth = shapes.Box((0.006, 0.3 * math.pi * radius / teeth, 0.02))
 builder.add_visual(pinion, shapes.Cylinder(radius - 0.004, 0.02), colour=(0.77, 0.67, 0.41, 1))
