@@ -382,7 +382,7 @@ def profile_table(r: Results) -> str:
 
 # Beside other engines: docs/engines.md, docs/engine-curves.md, the README and the home page.
 
-FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+) \| ([^|]+) \| (\w+) -->")
+FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+); ([^;]+); (\w+) -->")
 """A number, its unit, and a comment with scene, engine and column of beside.csv that it is taken from."""
 UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "um": 1e6, "m": 1.0}
 SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
@@ -398,7 +398,7 @@ def with_figures(text: str, rows: Rows) -> str:
     def renewed(found: re.Match[str]) -> str:
         _, unit, scene, engine, column = found.groups()
         value = digits(known[scene, engine][column], UNITS[unit])
-        return f"{value} {unit} <!-- {scene} | {engine} | {column} -->"
+        return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
 
     return FIGURE.sub(renewed, text)
 
