@@ -17,9 +17,10 @@ constexpr int most_texels = 1400;    // of the light's picture
 constexpr double brightest = 1.06;   // of a face normal to the light
 constexpr double shade = 0.75;       // share of the direct light that a shadow removes
 constexpr double floor_shade = 0.3;  // the same on a plane
-constexpr double tile_shade = 0.12;  // share of the brightness that a dark tile of a plane lacks at the target
-constexpr double tiled = 0.6;        // radius around the target within which planes have tiles, in widths
-constexpr float outline = 0.72f;     // brightness at the border of two things
+constexpr double tile_shade =
+    0.12;                         // share of the brightness that a dark tile of a plane lacks at the target
+constexpr double tiled = 0.6;     // radius around the target within which planes have tiles, in widths
+constexpr float outline = 0.72f;  // brightness at the border of two things
 constexpr std::int32_t no_instance = -1;
 
 void require(const PictureScene& scene, std::size_t bodies, const PictureCamera& camera) {
