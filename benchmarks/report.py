@@ -116,7 +116,7 @@ class Results:
 # What was wanted and what was reached.
 
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
-PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm")
+PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm", "auto", "auto_status", "auto_reason")
 Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
 
 
@@ -219,7 +219,7 @@ def robot_targets(r: Results) -> Iterable[Line]:
 def feasible(rows: Rows, half: str) -> tuple[list[str], Rows]:
     """The methods, and the solves of this half of the corpus that one of them does."""
     rows = [row for row in rows if row["half"] == half]
-    methods = [key for key in (rows[0] if rows else ()) if key not in (*PROFILE_KEYS, "auto")]
+    methods = [key for key in (rows[0] if rows else ()) if key not in PROFILE_KEYS]
     return methods, [row for row in rows if any(row[m] for m in methods)]
 
 
@@ -382,7 +382,7 @@ def profile_table(r: Results) -> str:
 
 # Beside other engines: docs/engines.md, docs/engine-curves.md, the README and the home page.
 
-FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+) \| ([^|]+) \| (\w+) -->")
+FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+); ([^;]+); (\w+) -->")
 """A number, its unit, and a comment with scene, engine and column of beside.csv that it is taken from."""
 UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "um": 1e6, "m": 1.0}
 SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
@@ -398,7 +398,7 @@ def with_figures(text: str, rows: Rows) -> str:
     def renewed(found: re.Match[str]) -> str:
         _, unit, scene, engine, column = found.groups()
         value = digits(known[scene, engine][column], UNITS[unit])
-        return f"{value} {unit} <!-- {scene} | {engine} | {column} -->"
+        return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
 
     return FIGURE.sub(renewed, text)
 
