@@ -44,6 +44,8 @@ class Backend(Protocol):
     """A device with the kernels of kernels.cl, and a queue that runs them in the order of their launches."""
 
     device: Device
+    lost: bool
+    """whether a call failed: the next solve that names the device opens it anew"""
 
     def allocate(self, nbytes: int) -> Any:
         """A buffer; InputError where the device has no room."""
@@ -80,6 +82,15 @@ def no_room(device: Device, wanted: int) -> InputError:
     return InputError(
         f'device "{device.name}" ({device.hardware}) has {device.memory / 1e9:.3g} GB of memory, of which '
         f"{wanted / 1e9:.3g} GB are not free; solve the problem without device, or on one with more memory"
+    )
+
+
+def failed(device: Device, error: Exception) -> InputError:
+    """A driver that reports anything but a lack of memory: a device that was reset or taken away."""
+    said = " ".join(str(error).split())[:200] or type(error).__name__
+    return InputError(
+        f'device "{device.name}" ({device.hardware}) failed: {said}; go on with device="cpu", or start the '
+        "program again; a simulation is as before the step"
     )
 
 

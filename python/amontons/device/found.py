@@ -86,9 +86,9 @@ _lock = threading.Lock()
 
 
 def open_device(device: Device) -> Backend:
-    """Its backend: the kernels are built once per process."""
+    """Its backend: the kernels are built once per process, and again after a call that failed."""
     with _lock:
-        if device.name not in _opened:
+        if device.name not in _opened or _opened[device.name].lost:
             kind, _, index = device.name.partition(":")
             made = opencl.OpenCL(int(index)) if kind == "opencl" else cuda.Cuda(int(index))
             _opened[device.name] = made
