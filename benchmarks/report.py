@@ -443,7 +443,15 @@ def least(beside: Rows, case: str, family: str) -> tuple[str, str]:
     if found is None:
         return "not finished" if mine else "", ""
     off = error(found)
-    shown = "< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(str(off), 1e3)
+    shown = (
+        ""
+        if str(found["off"]) == ""
+        else "< 1e-6"
+        if off < 1e-9
+        else "inf"
+        if math.isinf(off)
+        else digits(str(off), 1e3)
+    )
     return shown, digits(found["cost"], 1e3)
 
 

@@ -6,8 +6,8 @@
 Run it in benchmarks/. Each engine runs in an environment of its own (`python -m beside.install`). All engines
 of a scene run in turns, part by part, on one core, so that whatever slows the machine slows all of them.
 Their motion is measured by us: overlap, creep, lift, gaps of joints, energy, momentum. Writes beside.csv, a
-row per scene, engine and step: rows of engines and scenes that were not asked for stay. Figures: beside.png,
-cost against error; beside_profile.png.
+row per scene, engine and step: rows of engines and scenes that were not asked for stay. Figure:
+beside_profile.png.
 
 It writes to results/beside and docs/figures; the quick run, and one with --out, elsewhere.
 

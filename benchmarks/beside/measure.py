@@ -97,8 +97,7 @@ class Measure:
         return turn, arm, motion.linear + np.cross(motion.angular, arm)
 
     def verdict(self, done: float) -> dict[str, Any]:
-        """`done`: the part of the run that was made. `off` is the largest of the lengths that should be zero
-        (m)."""
+        """`done`: the part of the run that was made. `off`: see `distances`."""
         complete = done == 1.0
         case, half = self.case, 0.5 * self.case.duration
         creep = float(np.linalg.norm(self.last.positions - self.settled.positions, axis=1).max()) / half
@@ -106,8 +105,6 @@ class Measure:
         # Files may begin with overlaps.
         counted = self.overlaps[self.samples // 2 :] if case.path else self.overlaps
         deepest, gap = max(counted, default=0.0), max(self.gaps, default=0.0)
-        # A standing robot sinks into feet that its file makes soft.
-        lengths = [gap] if case.keyframe else [deepest, gap]
         drift = turning = ""
         if case.conserves:
             change = np.abs(np.array(self.energies) - self.energies[0]).max()
@@ -115,20 +112,7 @@ class Measure:
         if case.conserves and not self.gravity.any():
             size = float(np.linalg.norm(self.spins[0]))
             turning = float(np.linalg.norm(np.array(self.spins) - self.spins[0], axis=1).max() / size)
-        if case.rests:
-            lengths.append(creep * half)
-        if case.goes is not None:
-            way = float(np.linalg.norm(self.last.positions[0] - self.start.positions[0]))
-            lengths.append(abs(way - case.goes))
-        if case.ends is not None:
-            speed = float(np.linalg.norm(self.last.linear[0]))
-            lengths.append(abs(speed - case.ends) * case.duration)
-        if case.turns is not None:
-            # A quaternion cannot tell more than half a turn.
-            turn = 2 * math.acos(min(1.0, abs(float(self.start.orientations[0] @ self.last.orientations[0]))))
-            lengths.append(abs(turn - case.turns[0]) * case.turns[1])
-        if case.lifts:
-            lengths.append(self.lift)
+        lengths = self.distances(rise)
         return {
             "complete": complete, "lost": self.lost,
             "penetration": deepest,
@@ -140,8 +124,47 @@ class Measure:
             "energy_drift": drift,
             "momentum_drift": turning,
             "measured": float(np.mean(self.missed)) if self.missed else "",
-            "off": math.inf if self.lost else max(lengths),
+            "off": math.inf if self.lost and lengths else max(lengths, default=""),
         }  # fmt: skip
+
+    def distances(self, rise: float) -> list[float]:
+        """How far the run is from what the scene is about, each as a length (m): from the place where bodies
+        rest, from a closed form, from a measured path; gaps of joints; energy over the weight, which is a
+        height. An overlap is none: soft contacts have one by design. Empty where the scene has no answer.
+
+        rise: of the energy (J).
+        """
+        case, start, last = self.case, self.start, self.last
+        weight = float(self.mass.sum() * np.linalg.norm(self.gravity))  # N
+        found = [max(self.gaps, default=0.0)] if self.scene.joints else []
+        if case.rests:
+            # A robot settles first: its file makes its feet soft.
+            place = self.settled if case.keyframe else start
+            found.append(float(np.linalg.norm(last.positions - place.positions, axis=1).max()))
+        if case.goes is not None:
+            found.append(abs(float(np.linalg.norm(last.positions[0] - start.positions[0])) - case.goes))
+        if case.ends is not None:
+            found.append(abs(float(np.linalg.norm(last.linear[0])) - case.ends) * case.duration)
+        if case.turns is not None:
+            # A quaternion cannot tell more than half a turn.
+            turn = 2 * math.acos(min(1.0, abs(float(start.orientations[0] @ last.orientations[0]))))
+            found.append(abs(turn - case.turns[0]) * case.turns[1])
+        if case.lifts:
+            found.append(self.lift)
+        if case.conserves and weight:
+            found.append(float(np.abs(np.array(self.energies) - self.energies[0]).max()) / weight)
+        elif case.conserves:
+            # Of a free body, as the way of a point at the radius of gyration: dL / L is an angle.
+            spins = np.array(self.spins)
+            radius = math.sqrt(float(self.inertia.trace(axis1=1, axis2=2).sum()) / 2 / self.mass.sum())
+            turned = np.linalg.norm(spins - spins[0], axis=1).max() / np.linalg.norm(spins[0])
+            energies = np.abs(np.array(self.energies) / self.energies[0] - 1).max()
+            found.append(radius * float(max(turned, energies)))
+        if case.dissipates:
+            found.append(rise / weight)
+        if self.missed:
+            found.append(float(np.mean(self.missed)))
+        return found
 
 
 def rotations(q: Array) -> Array:

@@ -44,6 +44,8 @@ class Case:
     """whether to tell how high the first body rises, which it should not"""
     conserves: bool = False
     """whether energy, momentum and angular momentum should stay what they are, as far as they can"""
+    dissipates: bool = False
+    """whether energy can only be lost"""
     turns: tuple[float, float] | None = None
     """the angle that the first body should turn by (rad, at most pi), and the radius (m) that it counts at"""
     follows: Callable[[], Any] | None = None
@@ -323,17 +325,19 @@ CASES = (
     Case("grasp", "cube in tongs", tongs, 5e-3, 2.0, rests=True, quick=True),
     Case("disc", "spinning disc", spun_disc, 5e-3, 1.0, turns=(spun_down(), 0.2), pieces=True,
          quick=True),
-    Case("rod", "Painleve's rod", rod, 1e-3, 0.4),
+    Case("rod", "Painleve's rod", rod, 1e-3, 0.4, dissipates=True),
     Case("chain", "chain 1000:1", _scene("chain", links=40), 5e-3, 2.0, conserves=True, quick=True,
          pieces=True),
-    Case("bridge", "bridge 1000:1", bridge, 5e-3, 2.0, quick=True, pieces=True, repeats=True),
+    Case("bridge", "bridge 1000:1", bridge, 5e-3, 2.0, dissipates=True, quick=True, pieces=True,
+         repeats=True),
     Case("four-bar", "four-bar", _scene("four_bar", driven=False), 2e-3, 2.0, conserves=True, quick=True,
          pieces=True),
     Case("loops", "redundant loops", frame_of_hinges, 2e-3, 2.0, conserves=True),
     Case("ellipsoid", "tumbling body", spun_ellipsoid, 5e-3, 5.0, conserves=True, pieces=True),
     Case("wall", "wall at rest", _scene("wall_at_rest"), 5e-3, 0.5, rests=True),
-    Case("wall-hit", "wall, hit", _scene("wall"), 5e-3, 0.6),
-    Case("spheres", "1000 spheres", _scene("spheres_in_box", count=1000, mu=0.5), 5e-3, 1.0, repeats=True),
+    Case("wall-hit", "wall, hit", _scene("wall"), 5e-3, 0.6, dissipates=True),
+    Case("spheres", "1000 spheres", _scene("spheres_in_box", count=1000, mu=0.5), 5e-3, 1.0, dissipates=True,
+         repeats=True),
 )  # fmt: skip
 
 ROBOTS = (

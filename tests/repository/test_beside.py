@@ -304,7 +304,7 @@ def test_engines_make_steps_of_the_scene():
 
 
 # Breaks when the command does not run from end to end with what is installed everywhere: our engine and
-# MuJoCo's default, the residual of the law, the origin of the table and both figures. A cube that sticks does
+# MuJoCo's default, the residual of the law, the origin of the table and the figure. A cube that sticks does
 # not move: its errors are those of rounding.
 def test_comparison_runs(tmp_path):
     words = ["-m", "beside", "--engines", "amontons", "--scenes", "incline-0.99", "--steps", "1", "--out"]
@@ -322,8 +322,49 @@ def test_comparison_runs(tmp_path):
     assert float(ours["restored"]) == 0
     assert ours["version"]
     assert "python -m beside --engines amontons" in (tmp_path / "tables.csv").read_text()
-    assert (tmp_path / "beside.png").stat().st_size > 0
     assert (tmp_path / "beside_profile.png").stat().st_size > 0
+
+
+# Breaks when an error is not the distance of its scene: a stack that sank by 2 mm and rests, a disc that
+# turned 0.1 rad too far at 0.2 m, a rod that gained 3 J at a weight of 9.81 N, a free body whose angular momentum
+# turned by 0.01 rad, and a falling robot, which has no answer.
+@pytest.mark.parametrize(
+    ("key", "off"),
+    [
+        ("stack", 2e-3),
+        ("disc", 0.02),
+        ("rod", 3 / 9.81),
+        ("ellipsoid", 0.01 * np.sqrt(2.1 / 2)),
+        ("quadruped", None),
+    ],
+)
+def test_errors_are_what_scenes_are_about(key, off):
+    case = next(c for c in scenes.cases() if c.key == key)
+    model = case.make()
+    watch = measure.Measure(case, model, plain.Scene(), 2)
+    motion = measure.start_of(model)
+    if key == "stack":
+        motion.positions[:, 2] -= 2e-3
+    if key == "disc":
+        angle = scenes.spun_down() + 0.1
+        motion.orientations[0] = np.cos(angle / 2), 0, 0, np.sin(angle / 2)
+        motion.angular[:] = 0
+    if key == "rod":  # upwards, to 3 J above its start
+        motion.positions[0, 2] += 3 / 9.81
+    if key == "ellipsoid":
+        turn = np.array([np.cos(0.005), 0, 0, np.sin(0.005)])
+        motion.orientations[0] = turn
+        motion.angular[0] = (
+            np.array([[np.cos(0.01), -np.sin(0.01), 0], [np.sin(0.01), np.cos(0.01), 0], [0, 0, 1]])
+            @ motion.angular[0]
+        )
+    watch.look(motion)
+    watch.look(motion)
+    found = watch.verdict(1.0)["off"]
+    if off is None:
+        assert found == ""
+    else:
+        assert found == pytest.approx(off, rel=1e-3)
 
 
 # Breaks when a scene that does not exist is left out without a word.
