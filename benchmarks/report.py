@@ -443,15 +443,9 @@ def least(beside: Rows, case: str, family: str) -> tuple[str, str]:
     if found is None:
         return "not finished" if mine else "", ""
     off = error(found)
-    shown = (
-        ""
-        if str(found["off"]) == ""
-        else "< 1e-6"
-        if off < 1e-9
-        else "inf"
-        if math.isinf(off)
-        else digits(str(off), 1e3)
-    )
+    shown = "< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(str(off), 1e3)
+    if str(found["off"]) == "":  # the scene has no answer
+        shown = ""
     return shown, digits(found["cost"], 1e3)
 
 

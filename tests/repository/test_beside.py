@@ -326,8 +326,8 @@ def test_comparison_runs(tmp_path):
 
 
 # Breaks when an error is not the distance of its scene: a stack that sank by 2 mm and rests, a disc that
-# turned 0.1 rad too far at 0.2 m, a rod that gained 3 J at a weight of 9.81 N, a free body whose angular momentum
-# turned by 0.01 rad, and a falling robot, which has no answer.
+# turned 0.1 rad too far at 0.2 m, a rod that gained 3 J at a weight of 9.81 N, a free body whose angular
+# momentum turned by 0.01 rad, and a falling robot, which has no answer.
 @pytest.mark.parametrize(
     ("key", "off"),
     [
