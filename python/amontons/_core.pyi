@@ -105,7 +105,7 @@ class Problem:
     def project(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """Pi_K(x), Euclidean."""
 
-    def saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    def de_saxce(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """The De Saxce term."""
 
     def natural_map(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], law: Law) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:

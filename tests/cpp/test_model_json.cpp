@@ -80,7 +80,7 @@ TEST(json_that_is_broken) {
   CHECK_THROWS(read(broken("\"mass\": 2", "\"mass\": \"2\"")), "m.json: bodies[0].mass: give a number");
   CHECK_THROWS(read(broken("[0, 0, 0.5]", "[0, 0]")), "m.json: bodies[0].pose.position: give 3 entries");
   CHECK_THROWS(read(broken("[0, 0, 0.5]", "[0, 0, null]")), "bodies[0].pose.position[2]: give a number");
-  CHECK_THROWS(read(broken("dynamic", "flying")), "bodies[0].motion: give one of dynamic, kinematic, fixed");
+  CHECK_THROWS(read(broken("dynamic", "flying")), "bodies[0].motion: give one of dynamic, kinematic, static");
   CHECK_THROWS(read(broken("\"shape\": 1", "\"shape\": 7")), "geoms[1].shape: there is no such shape");
   CHECK_THROWS(read(broken("\"shape\": 1", "\"shape\": 2")), "geoms[1].shape: there is no such shape");
   CHECK_THROWS(read(broken("\"shape\": 1, ", "")), "geoms[1]: there is no \"shape\"");

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from .. import _core, step_counts
 from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
+from ..guidance import former_names
 from ..hooks import supplied_by
 from . import cones as cones_
 from . import iterate as iterate_
@@ -39,6 +40,7 @@ def write_file(
     raise NotImplementedError
 
 
+@former_names(saxce="de_saxce")
 class Problem:
     """Find x in K with -(A x + b) in the normal cone of K at x; the impulses of one time step.
 
@@ -260,10 +262,10 @@ class Problem:
         blocks = self._core.preconditioner
         return frozen(blocks if self._scale is None else blocks / self._scale**2)
 
-    def saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
+    def de_saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
         """(m,) the term of De Saxce (m/s) that makes Coulomb's law of the variational inequality.
 
-        g = u + saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|. With
+        g = u + de_saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|. With
         anisotropic and rolling friction it is the support of the set per unit of normal force. It is zero in
         all other rows, and everywhere under `associated`.
 
@@ -272,10 +274,10 @@ class Problem:
         values = vector("u", u)
         if self._scale is not None and len(values) == self.rows:
             values = values * self._scale
-        return frozen(self._core.saxce(values, self._law(law)))
+        return frozen(self._core.de_saxce(values, self._law(law)))
 
     def natural_map(self, x: ArrayLike, *, law: str | None = None) -> Array:
-        """(m,) x - project(x - g / P), g = u + saxce(u), u = A x + b: zero exactly at a solution.
+        """(m,) x - project(x - g / P), g = u + de_saxce(u), u = A x + b: zero exactly at a solution.
 
         The residual is its norm sqrt(sum(P r^2)) over that at x = 0. Formed without the cancellation that the
         formula has where x is large. law: None for that of the problem.

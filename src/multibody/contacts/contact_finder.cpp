@@ -148,7 +148,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
     frames_[g] = body < 0 ? geom.frame : reach.bodies[body].pose * geom.frame;
     boxes_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(body);
-    if (body >= 0 && model.body(body).motion != Motion::fixed)
+    if (body >= 0 && model.body(body).motion != Motion::still)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
     const Vec3 way = reach.h * motions_[g].centre;
     const double grow =

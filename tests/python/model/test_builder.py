@@ -284,13 +284,13 @@ WRONG_BODIES = {
     "zero quaternion": (dict(orientation=(0, 0, 0, 0), **INERT), "unit quaternion"),
     "long quaternion": (dict(orientation=(1, 1, 0, 0), **INERT), "unit quaternion"),
     "infinite velocity": (dict(linear_velocity=(math.inf, 0, 0), **INERT), "linear_velocity[0] is inf"),
-    "motion": (dict(motion="static", **INERT), "dynamic, kinematic, fixed"),
+    "motion": (dict(motion="fixed", **INERT), "dynamic, kinematic, static"),
     "plane that moves": (dict(shape=shapes.Plane(), **INERT), "Plane does not move by forces"),
     "mesh that moves": (
         dict(shape=shapes.Mesh(CUBE, shapes.Hull(CUBE).triangles), **INERT),
         "shapes.Hull(vertices)",
     ),
-    "fixed with velocity": (dict(motion="fixed", angular_velocity=(0, 0, 1)), "make it kinematic"),
+    "static with velocity": (dict(motion="static", angular_velocity=(0, 0, 1)), "make it kinematic"),
     "no shape": (dict(shape="ball", **INERT), "amontons.shapes"),
     "friction across nothing": (
         dict(shape=BOX, density=1.0, material=Material(friction_across=0.1)),

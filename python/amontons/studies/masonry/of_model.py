@@ -41,7 +41,7 @@ def assembly_of(model: Model) -> Assembly:
         rotation = np.array(rotation_matrix(place.rotation))
         centre = np.array(place(body.centre_of_mass))
         mass = None
-        if body.motion != "fixed":
+        if body.motion != "static":
             inertia = rotation @ np.array(body.inertia) @ rotation.T
             mass = MassProperties(body.mass, tuple(centre), tuple(map(tuple, inertia)))  # type: ignore[arg-type]
         points, faces = _joined(surfaces, centre)
