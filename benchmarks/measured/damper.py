@@ -86,7 +86,7 @@ def forces(sines: Sines, friction: float, clearance: float) -> Array:
 
 
 def error(sines: Sines, friction: float, clearance: float) -> float:
-    """Rms difference from the measured force after the first cycle, in which the clearance finds its side (N)."""
+    """Rms difference from the measured force after the first cycle, in which the band finds its side (N)."""
     ours = forces(sines, friction, clearance)
     late = slice(sines.cycle, None)
     return float(np.sqrt(np.mean((ours[late] - sines.force[1:][late]) ** 2)))
@@ -99,7 +99,7 @@ def fast(sines: Sines) -> Array:
 
 
 def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
-    """Friction from the fast part of the first half of the cycles, clearance from their errors; the rest tests."""
+    """Friction from the fast part of the first half of the cycles, clearance from their errors."""
     for path in sorted(folder.glob("*.json")):
         sines = read_sines(path)
         half = sines.cycles // 2

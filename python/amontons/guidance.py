@@ -63,10 +63,10 @@ def guided(thing: T) -> T:
 
 
 def former_names(**present: str) -> Callable[[type[T]], type[T]]:
-    """A decorator of classes: reading an attribute by its former name raises an error with the present one."""
+    """A decorator of classes: an attribute of a former name raises an error with the present one."""
 
     def add(cls: type[T]) -> type[T]:
-        def missing(self: object, name: str) -> Any:
+        def missing(_: object, name: str) -> Any:
             if name in present:
                 raise AttributeError(f"{cls.__name__}.{name} is now {cls.__name__}.{present[name]}")
             raise AttributeError(f"{cls.__name__} has no attribute {name!r}{suggestion(name, dir(cls))}")

@@ -30,8 +30,8 @@ def journal(mass=2.0, clearance=0.05, radius=0.1, friction=1.0, dt=1e-4, **optio
     return Simulation(builder.build(), dt=dt, tolerance=1e-12)
 
 
-# A journal that rolls in its bearing is a pendulum of the length clearance (1 + I / (m R^2)). Breaks if the lever
-# of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length `clearance`.
+# A journal that rolls in its bearing is a pendulum of the length clearance (1 + I / (m R^2)). Breaks if the
+# lever of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length `clearance`.
 def test_a_journal_rolls_in_its_bearing():
     sim = journal()
     start = 0.05
@@ -69,7 +69,7 @@ def test_a_journal_falls_freely_through_its_clearance():
     assert sim.state.linear_velocities[0] == pytest.approx([0, -G * 0.05, 0], rel=1e-9)
 
 
-# A slider falls through its clearance, and friction in the guide takes mu g t from its speed: impacts included.
+# A slider falls through its clearance. Friction in the guide takes mu g t from its speed, impacts included.
 def test_a_slider_in_its_guide():
     builder = ModelBuilder(gravity=(0, -G, 0))
     body = builder.add_body("slider", mass=1, inertia=(1e-3,) * 3)

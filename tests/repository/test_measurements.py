@@ -248,8 +248,8 @@ def test_impacts_are_read(measured, tmp_path):
 # ---- friction damper -----------------------------------------------------------------------------------
 
 
-# Breaks when units, cycles or the sign of the force are mistaken, or clearance does nothing: the model with clearance
-# is right but for a few samples a cycle.
+# Breaks when units, cycles or the sign of the force are mistaken, or clearance does nothing: the model with
+# clearance is right but for a few samples a cycle.
 def test_damper(measured, tmp_path):
     rate, clearance, friction = 200, 0.2, 1.0  # Hz, inch, kip
     t = np.arange(0, 4, 1 / rate)

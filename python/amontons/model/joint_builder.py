@@ -85,7 +85,7 @@ class JointBuilder(ABC):
     ) -> int:
         """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad).
 
-        clearance: radial clearance (m) of a journal on A in a bearing on B, both about the axis. Coordinates 0 and
+        clearance: of a journal on A in a bearing on B (m, radial), both about the axis. Coordinates 0 and
         1 are then the place of the journal in its bearing (m), 2 is the angle, which has the options.
         journal_radius: m. clearance_friction: mu between both.
 
@@ -118,7 +118,7 @@ class JointBuilder(ABC):
     ) -> int:
         """A slide: A moves along the axis without turning; the coordinate is the displacement (m).
 
-        point: where reactions are reported, by default the origin of A. clearance: clearance (m) on either side of
+        point: where reactions are reported, by default the origin of A. clearance: on either side (m) of
         a slider of the length guide_length (m) about `point`, in the plane with the normal guide_normal.
         Coordinate 0 is then the displacement, with the options, 1 that across (m), 2 the tilt (rad).
         clearance_friction: mu between slider and guide.

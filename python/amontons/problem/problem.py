@@ -83,7 +83,7 @@ class Problem:
         guesses: Sequence[ArrayLike] = (),
         law: str = "coulomb",
     ) -> None:
-        core_law = chosen("law", law, options.LAWS)
+        core_law = chosen("law", law, options.LAWS, options.LAW_TERMS)
         self._A = matrices.canonical(A)
         rows = self._A.shape[0]
         right = vector("b", b)
@@ -143,7 +143,7 @@ class Problem:
 
     def _law(self, law: str | None) -> _core.Law:
         """The law that was asked for, or else that of the problem."""
-        return self._core.law if law is None else chosen("law", law, options.LAWS)
+        return self._core.law if law is None else chosen("law", law, options.LAWS, options.LAW_TERMS)
 
     @property
     def mu(self) -> Array:
@@ -265,9 +265,9 @@ class Problem:
     def de_saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
         """(m,) the term of De Saxce (m/s) that makes Coulomb's law of the variational inequality.
 
-        g = u + de_saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|. With
-        anisotropic and rolling friction it is the support of the set per unit of normal force. It is zero in
-        all other rows, and everywhere under `associated`.
+        g = u + de_saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|.
+        With anisotropic and rolling friction it is the support of the set per unit of normal force. It is
+        zero in all other rows, and everywhere under `associated`.
 
         u: (m,) velocities A x + b (m/s, rad/s). law: None for that of the problem.
         """

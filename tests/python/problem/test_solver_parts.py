@@ -164,6 +164,15 @@ def test_natural_map(law):
     assert problem.natural_map(inside)[0] == pytest.approx((problem.A @ inside + problem.b)[0] / problem.P[0])
 
 
+# Breaks when the name of earlier versions is only missing.
+def test_name_that_changed():
+    problem, _ = random_problem([CONES["rolling"]])
+    with pytest.raises(AttributeError, match=r"^Problem.saxce is now Problem.de_saxce$"):
+        problem.saxce  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'natural_mop' \(did you mean 'natural_map'\?\)"):
+        problem.natural_mop  # noqa: B018
+
+
 # Breaks when arrays of another length or kind come through, or a result can be written.
 @pytest.mark.parametrize("name", ["project", "de_saxce", "natural_map"])
 def test_bad_arguments(name):

@@ -356,8 +356,8 @@ def test_where_there_is_none():
     assert border.margin < 1e-4
 
 
-# Breaks when clearance that is closed is no face: a shaft that rests in its bearing swings as a pendulum of the
-# length of the clearance, x'' = -g x / clearance, and the normal is that where the shaft would be after the step.
+# Breaks when a closed clearance is not a face: a shaft that rests in its bearing swings as a pendulum of the
+# length of the clearance, x'' = -g x / clearance. The normal is that at the shaft's place after the step.
 def test_a_journal_in_its_bearing():
     builder = ModelBuilder(gravity=(0, -9.81, 0))
     builder.add_body("shaft", mass=2, inertia=(0.01,) * 3)
