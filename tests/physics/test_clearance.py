@@ -31,7 +31,8 @@ def journal(mass=2.0, clearance=0.05, radius=0.1, friction=1.0, dt=1e-4, **optio
 
 
 # A journal that rolls in its bearing is a pendulum of the length clearance (1 + I / (m R^2)). Breaks if the
-# lever of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length `clearance`.
+# lever of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length
+# `clearance`.
 def test_a_journal_rolls_in_its_bearing():
     sim = journal()
     start = 0.05
