@@ -143,8 +143,8 @@ SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
 HEAD = """# Gallery
 
 Robots, [recipes](#recipes) of mechanisms, and every scene of `amontons.scenes`, a moment of each.
-[Scenes](scenes.md) has their parameters. `amontons view NAME` plays any scene in the browser. Hinges have
-pins, strings and rods are lines, and an orange line is the path of a point. Drawn by
+`amontons scenes NAME` lists the parameters of a [scene](scenes.md), `amontons view NAME` plays it in the
+browser. Hinges have pins, strings and rods are lines, and an orange line is the path of a point. Drawn by
 [tools/gallery.py](../tools/gallery.py).
 """
 
