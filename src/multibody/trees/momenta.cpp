@@ -109,20 +109,36 @@ void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelo
   }
 }
 
+// What chord and rates differ by is added to the velocities at the start: those that a user gives need not be
+// velocities of rates.
+void write_mean_before(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
+                       TreeStep& trees, BodyVelocities& mean) {
+  make_momenta(forest, frames, start, trees.before, -h, trees, trees.momenta);
+  make_flows(forest, frames, start, trees.before, trees);
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    const Index body = forest.bodies[i].body;
+    const Flow more = trees.chord[i] - trees.flow[i];
+    const Vec3 arm = trees.places[i].centre - trees.places[i].reference;
+    mean[body] = {start[body].linear + more.linear + cross(more.angular, arm),
+                  start[body].angular + more.angular};
+  }
+}
+
 // Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
 void change_past(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
                  TreeStep& trees, std::vector<Past>& past) {
-  make_momenta(forest, frames, start, trees.before, -h, trees, trees.momenta);
+  static thread_local BodyVelocities mean;
+  mean.resize(start.size());
+  write_mean_before(forest, h, frames, start, trees, mean);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
     const Transform& moved = trees.moved[i];
-    const Vec3 centre = place.reference + moved(place.centre - place.reference);
-    const Vec3 mean = (1 / h) * (place.centre - centre);
+    const auto [linear, angular] = mean[body];
     past[body] = {{place.reference + moved(place.pose.position - place.reference),
                    moved.rotation * place.pose.rotation},
-                  centre,
-                  {2 * mean - start[body].linear, 2 * trees.chord[i].angular - start[body].angular}};
+                  place.reference + moved(place.centre - place.reference),
+                  {2 * linear - start[body].linear, 2 * angular - start[body].angular}};
   }
 }
 

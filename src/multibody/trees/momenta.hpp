@@ -26,6 +26,10 @@ void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelo
 void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
                        std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta);
 
+// Mean velocities of the bodies of trees over the last displacement, over h; those of other bodies stay.
+void write_mean_before(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
+                       TreeStep& trees, BodyVelocities& mean);
+
 // Poses and velocities of the bodies of trees at the start of the last displacement, over h.
 void change_past(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
                  TreeStep& trees, std::vector<Past>& past);
