@@ -8,7 +8,7 @@
 #include "amontons/base/elementary.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/joints/chain.hpp"
-#include "multibody/trees/policy.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 
@@ -123,8 +123,7 @@ void place_all(const Model& model, const Forest& forest, const State& state, Tre
     if (b.joint < 0) {
       place_freely(model, b, state, place, trees);
     } else {
-      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
-      place_on_joint(model, b, above < 0 ? pose_in(state, b.parent) : trees.places[above].pose,
+      place_on_joint(model, b, b.above < 0 ? pose_in(state, b.parent) : trees.places[b.above].pose,
                      state.coordinates, place, trees);
     }
     place.centre = place.pose(model.body(b.body).centre_of_mass);
@@ -147,13 +146,13 @@ void read_balls(const Model& model, const Forest& forest, const State& state, Tr
       trees.places[i].ball = ball_in(model, state, forest.bodies[i]);
 }
 
-// Whether a pose of the state is another one than that of the coordinates. The vector of the quaternion of a
-// small turn is half of its rotation vector.
+// Whether the user has moved a body to another pose than that of the coordinates. The vector of the
+// quaternion of a small turn is half of its rotation vector.
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
-  return !(norm(state.positions[body] - pose.position) <= trees::policy.rounding * size) ||
-         !(model.length() * norm(turn.vector()) <= trees::policy.rounding * size);
+  return !(norm(state.positions[body] - pose.position) <= joints::policy.rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= joints::policy.rounding * size);
 }
 
 // Sizes are those of the model: memory is taken in the first step only.
