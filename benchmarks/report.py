@@ -333,13 +333,15 @@ def measured(r: Results, link: str) -> str:
     lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
     if scenes := r["simulation"]:
         lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
-    facts = [
-        f"{what}: {reached}"
-        for what, _, reached, _ in file_targets(r)
-        if what.startswith("total time") or (what.startswith("files solved") and what.endswith("coulomb"))
-    ]
-    if facts:
-        lines.append(f"Contact problems of other engines (FCLIB), solver alone: {'; '.join(facts)}.")
+    facts = {what: reached for what, _, reached, _ in file_targets(r)}
+    solved = [(what, reached) for what, reached in facts.items() if re.fullmatch("files .* coulomb", what)]
+    if solved:
+        reached = ", ".join(f"{what.split()[3].rstrip(',')}: {count}" for what, count in solved)
+        lines.append(
+            "Contact problems of other engines (FCLIB), the solver alone, with Coulomb's law, to a residual "
+            f"of {reached}."
+        )
+        lines += [f"With `associated`, the {what} is {t}." for what, t in facts.items() if "Clarabel" in what]
     return "\n\n".join(lines)
 
 
