@@ -109,8 +109,8 @@ void make_momenta(const TreeSetting& in, std::span<const double> rates, double h
   }
 }
 
-// What chord and rates differ by is added to the velocities at the start: those that a user gives need not be
-// velocities of rates.
+// The difference between chord and rates is added to the velocities at the start: those that a user gives
+// need not be velocities of rates.
 void write_mean_before(const TreeSetting& in, double h, TreeStep& trees, BodyVelocities& mean) {
   const BodyVelocities& start = in.start;
   make_momenta(in, trees.before, -h, trees, trees.momenta);

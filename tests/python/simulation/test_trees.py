@@ -265,7 +265,7 @@ def test_joints_that_close_loops_are_of_second_order():
 
 
 def test_loops_stop_velocities_that_they_forbid():
-    """Breaks when only the velocities that rates have count as those of the last step: the loop then tears."""
+    """Breaks when only the velocities that rates have count as those of the last step: the loop tears."""
     simulation = Simulation(four_bar("auto"), dt=1e-3, tolerance=1e-9)
     simulation.state.linear_velocities = [(1, 0.5, -2), (-3, 0, 1), (0.5, 2, 3)]
     assert max(simulation.step().joint_error for _ in range(20)) < 1e-9
