@@ -45,7 +45,7 @@ class Backend(Protocol):
 
     device: Device
     lost: bool
-    """whether a call failed: the next solve that names the device opens it anew"""
+    """whether a call failed: the next solve that names the device opens it again"""
 
     def allocate(self, nbytes: int) -> Any:
         """A buffer; InputError where the device has no room."""
