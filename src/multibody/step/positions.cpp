@@ -159,7 +159,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
-  options.tolerance = step::policy.precision;
+  options.tolerance = step::policy.allowed_error;
   options.max_iterations = step::policy.most_position_iterations;
   Budget share = budget.part_of_work(step::policy.share_of_part);
   const bool few = linear || rows.tags.size() <= step::policy.few_rows;
