@@ -13,12 +13,10 @@ from .drive_builder import DriveBuilder
 from .joint_builder import Place
 from .links import Link
 from .model import Model, no_model
-from .parts import OWN, WORLD, Bond, Coupling, FluidBox, Geom, PairMaterial
+from .parts import OWN, WORLD, Coupling, Geom
 from .presets import Unread
-from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import IDENTITY, ORIGIN, Transform, add
-from .visuals import Visual
 
 
 @guided
@@ -27,15 +25,7 @@ class PartBuilder(DriveBuilder):
 
     _geoms: list[Geom]
     _couplings: list[Coupling]
-    _pair_materials: list[PairMaterial]
-    _excluded_bodies: list[tuple[int, int]]
-    _excluded_geoms: list[tuple[int, int]]
-    _fluid_boxes: list[FluidBox]
-    _bonds: list[Bond]
     _keyframes: dict[str, list[KeyframePart]]
-    _sites: list[Site]
-    _visuals: list[Visual]
-    _sensors: list[Sensor]
     _links: list[Link]
     _unread: list[Unread]
     _trees: str | None
