@@ -17,16 +17,16 @@ template <class S>
 auto fields_of(S& state) {
   auto& [time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle, forces,
          torques, coordinates, controls, joint_forces, held_forces, held_torques, held_controls, held_joints,
-         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips,
-         rubs] = state;
+         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips, rubs,
+         bonds] = state;
   return std::tie(time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle,
                   forces, torques, coordinates, controls, joint_forces, held_forces, held_torques,
                   held_controls, held_joints, activations, actuators, contacts, wrenches, slips, dofs, balls,
-                  couplings, tendons, dof_slips, rubs);
+                  couplings, tendons, dof_slips, rubs, bonds);
 }
 
 // The first number of the bytes. A processor that stores numbers in the reverse order reads another one.
-constexpr std::uint64_t magic = 0x32657461746d61ULL;  // "amtate2", the version of this layout
+constexpr std::uint64_t magic = 0x33657461746d61ULL;  // "amtate3", the version of this layout
 
 // 64 bits of FNV-1a (Fowler, Noll, Vo), against damage. One changed byte is found for certain: each round is
 // a bijection of the sum, because the prime is odd. So two sums that differ after one byte also differ after
