@@ -253,6 +253,24 @@ def test_a_planar_loop_that_its_tree_holds_in_the_plane():
     assert ends[1][0] > 0.46
 
 
+def test_joints_that_close_loops_are_of_second_order():
+    """Breaks when the rates of the last step stand for how bodies came: then 1e-4 m at any step."""
+    errors = []
+    for dt in (2e-3, 1e-3):
+        simulation = Simulation(four_bar("auto"), dt=dt, tolerance=1e-9)
+        simulation.state.forces[2] = (15, 0, 0)
+        errors.append(max(simulation.step().joint_error for _ in range(round(1 / dt))))
+    assert errors[1] < 2e-7
+    assert errors[0] / errors[1] > 3
+
+
+def test_loops_stop_velocities_that_they_forbid():
+    """Breaks when only the velocities that rates have count as those of the last step: the loop tears."""
+    simulation = Simulation(four_bar("auto"), dt=1e-3, tolerance=1e-9)
+    simulation.state.linear_velocities = [(1, 0.5, -2), (-3, 0, 1), (0.5, 2, 3)]
+    assert max(simulation.step().joint_error for _ in range(20)) < 1e-9
+
+
 def hanging(trees="auto"):
     """Two weights on balls, at rest below each other, on the world."""
     b = ModelBuilder(trees=trees)
