@@ -427,3 +427,33 @@ def test_many_contacts_on_few_coordinates_are_solved_directly():
     _, reports = run(b.build(), 0.02, 2e-3)
     assert all(r.converged and r.contacts == 70 for r in reports)
     assert {r.method for r in reports} <= {"elimination", "warm start"}
+
+
+def arm_on_a_pile():
+    """Three layers of boxes, 34 in all, and an arm of three links that stands on them: one island."""
+    b = ModelBuilder(trees="auto")
+    b.add_floor()
+    for z, layer in enumerate(((4, 4), (4, 3), (3, 2))):
+        for x, y in np.ndindex(*layer):
+            at = (0.2 * x + 0.1 * (z == 2), 0.2 * y + 0.1 * z, 0.1 + 0.2 * z)
+            b.add_body(shape=amontons.shapes.Box((0.098, 0.098, 0.1)), density=500, position=at)
+    link = amontons.shapes.Box((0.1, 0.05, 0.03))
+    for k in range(3):
+        x = 0.2 + 0.22 * k
+        b.add_body(f"link{k}", shape=link, density=800, position=(x, 0.3, 0.63))
+        if k:
+            b.add_revolute_joint(f"link{k}", f"link{k - 1}", point=(x - 0.11, 0.3, 0.63), axis=(0, 1, 0))
+    return b.build()
+
+
+def test_sparse_factors_of_a_tree_among_free_bodies():
+    """Breaks when such an island has no factors, which its first steps need, or they depend on threads."""
+    found = []
+    for threads in (1, 3):
+        simulation = Simulation(arm_on_a_pile(), dt=2e-3, tolerance=1e-8, threads=threads)
+        reports = [simulation.step() for _ in range(4)]
+        assert all(r.converged for r in reports)
+        assert "interior-point" in {r.method for r in reports}
+        assert sum(r.factorizations for r in reports) < 60
+        found.append(simulation.state.positions.tobytes())
+    assert found[0] == found[1]
