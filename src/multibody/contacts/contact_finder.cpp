@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "amontons/base/threads.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
 
@@ -18,6 +19,8 @@ namespace {
 // Turns (rad) below it are neglected: a point at the distance r from the axis departs from its tangent by r
 // a^2 / 2, half a millionth of r.
 constexpr double least_turn = 1e-3;
+// Size (pairs): of the parts of a search that threads share. Colliding so many takes some 100 us.
+constexpr std::size_t pairs_per_part = 1024;
 
 // The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution moves
 // no point along its normal.
@@ -87,17 +90,24 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
-// Sets the contact of a pair to one of its points, for bodies with these centres of mass. Only the tangential
-// part of surface velocities counts: a conveyor does not lift its load.
-void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
-             Contact& c) {
-  c.point = p.point;
+// Sets what the velocity at a contact needs to one of the points of its pair, for bodies with these centres
+// of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load.
+template <class Point>
+void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
+              Point& c) {
   c.normal = p.normal;
-  c.gap = p.gap - c.material.rest_offset;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;
   const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
+}
+
+// Sets the contact of a pair to one of its points.
+void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
+             Contact& c) {
+  c.point = p.point;
+  c.gap = p.gap - c.material.rest_offset;
+  touch_at(p, centre_a, centre_b, surface, c);
 }
 
 // Whether normals jump on the surface of a shape.
@@ -109,7 +119,7 @@ bool has_edges(const Shape& shape) {
 constexpr double same_normal = 1e-6;
 
 // Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
-// pose is found once.
+// pose is found once. That of a ball about its centre of mass is known by its place.
 struct Later {
   const Reach& reach;
   double t;
@@ -125,31 +135,44 @@ struct Later {
   }
   Transform frame(const Geom& geom) const {
     if (geom.body < 0) return geom.frame;
+    const BodyFrame& body = reach.bodies[geom.body];
+    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
+        body.pose.position == body.centre)
+      return {centre(geom.body), body.pose.rotation};
     std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
-    if (!pose) pose = moved(reach.bodies[geom.body], reach.v[geom.body], t);
+    if (!pose) pose = moved(body, reach.v[geom.body], t);
     return *pose * geom.frame;
   }
 };
 
 }  // namespace
 
-// Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
-// of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
-// boxes of all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   frames_.resize(geoms.size());
-  boxes_.resize(geoms.size());
+  bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
+  for (std::size_t g = 0; g < geoms.size(); ++g) {
+    const Geom& geom = geoms[g];
+    frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
+    bounds_[g] = quick_bounds(geom.shape, frames_[g]);
+    fixed_[g] = !model.is_dynamic(geom.body);
+  }
+}
+
+// Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
+// centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the boxes of
+// all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
+void ContactFinder::reach_out(const Reach& reach) {
+  const Model& model = reach.model;
+  const auto& geoms = model.description().geoms;
+  boxes_ = bounds_;
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
-    frames_[g] = body < 0 ? geom.frame : reach.bodies[body].pose * geom.frame;
-    boxes_[g] = quick_bounds(geom.shape, frames_[g]);
-    fixed_[g] = !model.is_dynamic(body);
     if (body >= 0 && model.body(body).motion != Motion::fixed)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
     const Vec3 way = reach.h * motions_[g].centre;
@@ -177,14 +200,15 @@ bool ContactFinder::is_reached(Index a, Index b) const {
   return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
 }
 
-void ContactFinder::find_pairs(const Model& model) {
+void ContactFinder::find_pairs(const Model& model, std::span<const unsigned char> stay) {
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
-      if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
+      if (!(stay[a] && stay[b]) && is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b))
+        pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs(boxes_, fixed_, pairs_);
+  broad_phase_.find_pairs(boxes_, stay, pairs_);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);
@@ -196,27 +220,26 @@ double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const 
   return reach.margin + reach.h * approach(motions_[a], motions_[b]);
 }
 
-// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of the pairs that
-// counts() accepts.
+// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of those of the
+// pairs that counts() accepts.
 template <class Counts, class F>
-void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
+void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
+                          std::vector<ContactPoint>& points, Counts&& counts, F&& f) const {
   const Model& model = reach.model;
-  place_geoms(reach);
-  find_pairs(model);
-  for (auto [a, b] : pairs_) {
+  for (auto [a, b] : pairs) {
     if (!counts(a, b)) continue;
     // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
-    points_.clear();
+    points.clear();
     collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points_);
+            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
     // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
-    if (points_.empty()) continue;
+    if (points.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
     const SurfaceMotion surface =
         surface_motion(model.geom(a), frames_[a], model.geom(b), frames_[b], reach.bodies);
     const Vec3 centre_a = centre_of(reach, c.body_a), centre_b = centre_of(reach, c.body_b);
-    for (const ContactPoint& p : points_) {
+    for (const ContactPoint& p : points) {
       move_to(p, centre_a, centre_b, surface, c);
       f(c, c.gap + reach.h * opening(c, reach.v));
     }
@@ -226,12 +249,33 @@ void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
 // A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
 // needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
-  contacts.clear();
   foreseen_ = reach.v;
-  const auto all = [](Index, Index) { return true; };
-  visit(reach, all, [&](const Contact& contact, double closing) {
-    if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
-  });
+  place_geoms(reach);
+  reach_out(reach);
+  find_pairs(reach.model, fixed_);
+  const auto collide_all = [&](std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
+                               std::vector<Contact>& to) {
+    const auto all = [](Index, Index) { return true; };
+    to.clear();
+    visit(reach, pairs, points, all, [&](const Contact& contact, double closing) {
+      if (contact.gap <= reach.margin || closing <= reach.margin) to.push_back(contact);
+    });
+  };
+  const std::size_t parts = (pairs_.size() + pairs_per_part - 1) / pairs_per_part;
+  const unsigned threads = automatic_threads(reach.threads, parts);
+  if (threads == 1) {
+    collide_all(pairs_, points_, contacts);
+  } else {
+    parts_.resize(parts);
+    PoolLease(threads)->run(parts, [&](std::size_t k) {
+      const std::size_t first = k * pairs_per_part;
+      const std::size_t count = std::min(pairs_per_part, pairs_.size() - first);
+      collide_all(std::span(pairs_).subspan(first, count), parts_[k].points, parts_[k].contacts);
+    });
+    contacts.clear();
+    for (const Part& part : parts_)
+      contacts.insert(contacts.end(), part.contacts.begin(), part.contacts.end());
+  }
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
@@ -291,8 +335,10 @@ bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
 void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contacts) {
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
+  reach_out(reach);
+  find_pairs(reach.model, fixed_);
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
-  visit(reach, one_moves, [&](const Contact& contact, double closing) {
+  visit(reach, pairs_, points_, one_moves, [&](const Contact& contact, double closing) {
     if (closing < -reach.margin / 10 && !is_known(reach, contact, contacts)) found_.push_back(contact);
   });
   contacts.insert(contacts.end(), found_.begin(), found_.end());
@@ -302,26 +348,31 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   // No point deviates from its prediction by more than the change of the velocities since the first search,
   // including impacts. The points left out are those with a predicted gap above the margin at the end. If the
   // velocities of a pair change by less than (margin + allowance) / h, none of its points gets deeper than
-  // the allowance. The search is then not needed; in most steps no pair needs it.
+  // the allowance. The search is then not needed; in most steps no pair needs it. In a pile a few pairs do:
+  // those of a geom whose velocity changes by half as much.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   changes_.assign(geoms.size(), GeomMotion{});
-  double most = 0;
+  stay_.assign(geoms.size(), 1);
+  bool any = false;
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Index body = geoms[g].body;
     if (!model.is_dynamic(body)) continue;
     const BodyVelocity difference{reach.v[body].linear - foreseen_[body].linear,
                                   reach.v[body].angular - foreseen_[body].angular};
     changes_[g] = motion_of(geoms[g], frames_[g], reach.bodies[body], difference);
-    most = std::max(most, norm(changes_[g].centre) + changes_[g].spin);
+    stay_[g] = 2 * reach.h * (norm(changes_[g].centre) + changes_[g].spin) <= reach.margin + allowance;
+    any = any || !stay_[g];
   }
-  if (2 * reach.h * most <= reach.margin + allowance) return;
+  if (!any) return;
   const auto changed = [&](Index a, Index b) {
     return reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
-  visit(reach, changed, [&](const Contact& contact, double closing) {
+  reach_out(reach);
+  find_pairs(model, stay_);
+  visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (edges_.passes(reach, frames_, contact)) return;
     if (!is_known(reach, contact, contacts)) found_.push_back(contact);
@@ -369,7 +420,7 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     const double turn = half.turn(a.body) + half.turn(b.body);
     const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
     if ((end - first > 1 && !rolls) || turn < 0.5 * least_turn) continue;
-    Contact c = contacts[by_pair_[first].contact];
+    const Contact& c = contacts[by_pair_[first].contact];
     points_.clear();
     const Transform frame_a = half.frame(a), frame_b = half.frame(b);
     collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
@@ -386,18 +437,18 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
     for (std::size_t k = first; k < end; ++k) {
       if (!matched_[k - first]) continue;
-      c = contacts[by_pair_[k].contact];
-      const Vec3 normal = c.normal;
-      move_to(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, c);
+      const Vec3& normal = contacts[by_pair_[k].contact].normal;
+      Middle middle{by_pair_[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
+      touch_at(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
       // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
       // whether it is an internal edge.
       const auto stays = [&](const Transform& before, const Transform& then) {
         const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
-        return norm_squared(carried - c.normal) < same_normal * same_normal;
+        return norm_squared(carried - middle.normal) < same_normal * same_normal;
       };
       if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
           stays(frames_[geom_b], frame_b))
-        middles_.emplace_back(by_pair_[k].contact, c);
+        middles_.push_back(middle);
     }
   }
   return middles_;
@@ -416,15 +467,17 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
-    Contact c = contacts[by_pair_[first].contact];
-    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
     const Transform frame_a = later.frame(a), frame_b = later.frame(b);
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    const double offset = c.material.rest_offset;
+    const double offset = contacts[by_pair_[first].contact].material.rest_offset;
     points_.clear();
     collide(a.shape, frame_a, b.shape, frame_b, offset, points_);
-    if (points_.empty()) continue;
+    // `held` below is not positive.
+    const auto overlaps = [&](const ContactPoint& p) { return p.gap - offset < -allowance; };
+    if (std::none_of(points_.begin(), points_.end(), overlaps)) continue;
     const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
+    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+    Contact c = contacts[by_pair_[first].contact];
+    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
     found_.clear();
     for (const ContactPoint& p : points_) {
       if (p.gap - offset >= held - allowance) continue;

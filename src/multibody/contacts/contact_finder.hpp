@@ -34,9 +34,14 @@ class ContactFinder {
   // Appends the points at which v, of an unsolved step, leads through fixed geometry. It considers all fixed
   // geometry, because the contacts on which redundant points and internal edges rely may not hold.
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
-  // Index and contact in the middle of the step that v leads through, of pairs that turn. The contact is the
-  // only one of its pair, or one of a rim.
-  using Middles = std::vector<std::pair<std::size_t, Contact>>;
+  // Where a contact touches in the middle of the step that v leads through.
+  struct Middle {
+    std::size_t contact;
+    Index body_a, body_b;
+    Vec3 normal, r_a, r_b, surface_velocity;
+  };
+  // Of pairs that turn. The contact is the only one of its pair, or one of a rim.
+  using Middles = std::vector<Middle>;
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
  private:
@@ -52,31 +57,41 @@ class ContactFinder {
   // Whether a point equals one of the contacts, whose keys are in by_pair_: the same features of the same
   // pair.
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
+  // Poses of the geoms and boxes around them, for all searches of a step; then what they may reach with the
+  // velocities of one search.
   void place_geoms(const Reach& reach);
-  // The pairs that may touch within the step, ascending, to pairs_.
-  void find_pairs(const Model& model);
+  void reach_out(const Reach& reach);
+  // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
+  void find_pairs(const Model& model, std::span<const unsigned char> stay);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
   bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   template <class Counts, class F>
-  void visit(const Reach& reach, Counts&& counts, F&& f);
+  void visit(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
+             Counts&& counts, F&& f) const;
 
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
-  std::vector<Aabb> boxes_;
+  std::vector<Aabb> bounds_, boxes_;             // of the shapes in their poses; of what they may reach
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;
     double top;
   };
   std::vector<HalfSpace> half_spaces_;  // by geom
-  std::vector<unsigned char> fixed_;
+  std::vector<unsigned char> fixed_, stay_;
   BodyVelocities foreseen_;  // velocities of the first search
   // Per geom: motion with the velocities of the search, and its change by a solve.
   std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
+  // Contacts of a part of the pairs, which one thread finds.
+  struct Part {
+    std::vector<ContactPoint> points;
+    std::vector<Contact> contacts;
+  };
+  std::vector<Part> parts_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;

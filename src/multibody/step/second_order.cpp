@@ -223,7 +223,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 // other pairs with several points it is unknown which of them stay.
 //
 // If a normal turns far in half a step, the body only passes by.
-static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
+static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
   // Tangents are transported by the rotation that takes one normal to the other.
   const Vec3 axis = cross(middle.normal, c.normal);
   const double sine = norm(axis);
@@ -256,9 +256,10 @@ bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
   const double most = step::policy.fastest_turn * (fastest_point(contacts, free) + least);
   static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
   found.assign(contacts.size(), {});
-  for (const auto& [i, middle] : finder.find_middles(reach, contacts))
-    if (const Vec3 turn = turn_of(contacts[i], middle, reach.v); norm(turn) >= least && norm(turn) <= most)
-      found[i] = turn;
+  for (const ContactFinder::Middle& middle : finder.find_middles(reach, contacts)) {
+    const Vec3 turn = turn_of(contacts[middle.contact], middle, reach.v);
+    if (norm(turn) >= least && norm(turn) <= most) found[middle.contact] = turn;
+  }
   turns.resize(contacts.size());
   double change = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
