@@ -5,20 +5,16 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <span>
 
 #include "amontons/base/threads.hpp"
-#include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/touch.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Turns (rad) below it are neglected: a point at the distance r from the axis departs from its tangent by r
-// a^2 / 2, half a millionth of r.
-constexpr double least_turn = 1e-3;
 // Size (pairs): of the parts of a search that threads share. Colliding so many takes some 100 us.
 constexpr std::size_t pairs_per_part = 1024;
 
@@ -41,27 +37,6 @@ GeomMotion motion_of(const Geom& geom, const Transform& frame, const BodyFrame& 
 // Upper bound of the approach speed of two geoms.
 double approach(const GeomMotion& a, const GeomMotion& b) {
   return norm(a.centre - b.centre) + a.spin + b.spin;
-}
-
-// Directions of a geom, given in the frame of its body.
-Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
-  if (v == Vec3{}) return {};
-  return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
-}
-
-// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin.
-struct SurfaceMotion {
-  Vec3 linear, spin;
-};
-
-SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b, const Transform& frame_b,
-                             const BodyFrames& bodies) {
-  const auto of = [&](const Geom& geom, const Transform& frame) {
-    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
-    return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
-  };
-  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
-  return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
 }
 
 // Arms on the world are measured from its origin.
@@ -89,61 +64,6 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   }
   return c;
 }
-
-// Sets what the velocity at a contact needs to one of the points of its pair, for bodies with these centres
-// of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load.
-template <class Point>
-void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
-              Point& c) {
-  c.normal = p.normal;
-  c.r_a = p.point - centre_a;
-  if (c.body_b >= 0) c.r_b = p.point - centre_b;
-  const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
-  c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
-}
-
-// Sets the contact of a pair to one of its points.
-void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
-             Contact& c) {
-  c.point = p.point;
-  c.gap = p.gap - c.material.rest_offset;
-  touch_at(p, centre_a, centre_b, surface, c);
-}
-
-// Whether normals jump on the surface of a shape.
-bool has_edges(const Shape& shape) {
-  return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
-         !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
-}
-// Change of a normal that moves with a body, as a length; smaller changes are rounding.
-constexpr double same_normal = 1e-6;
-
-// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
-// pose is found once. That of a ball about its centre of mass is known by its place.
-struct Later {
-  const Reach& reach;
-  double t;
-  std::vector<std::optional<Transform>>& poses;
-  Later(const Reach& r, double time, std::vector<std::optional<Transform>>& memory)
-      : reach(r), t(time), poses(memory) {
-    poses.assign(reach.bodies.size(), std::nullopt);
-  }
-
-  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
-  Vec3 centre(Index body) const {
-    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
-  }
-  Transform frame(const Geom& geom) const {
-    if (geom.body < 0) return geom.frame;
-    const BodyFrame& body = reach.bodies[geom.body];
-    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
-        body.pose.position == body.centre)
-      return {centre(geom.body), body.pose.rotation};
-    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
-    if (!pose) pose = moved(body, reach.v[geom.body], t);
-    return *pose * geom.frame;
-  }
-};
 
 }  // namespace
 
@@ -248,34 +168,55 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
 
 // A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
 // needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
+void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair> pairs,
+                                  std::vector<ContactPoint>& points, std::vector<Contact>& contacts,
+                                  StandingPairs::Kept& kept) const {
+  const auto all = [](Index, Index) { return true; };
+  contacts.clear();
+  kept.clear();
+  StandingPairs::Cursor last = pairs.empty() ? 0 : standing_.at(pairs.front());
+  for (const IndexPair& pair : pairs) {
+    const std::size_t before = contacts.size();
+    const bool stand = standing_.stand(reach.model.geom(pair.first).body, reach.model.geom(pair.second).body);
+    const StandingPairs::Kept::Pair* known = stand ? standing_.find(pair, last) : nullptr;
+    if (known) {
+      const std::span<const Contact> found = standing_.contacts(*known);
+      contacts.insert(contacts.end(), found.begin(), found.end());
+    } else {
+      visit(reach, {&pair, 1}, points, all, [&](const Contact& contact, double closing) {
+        if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
+      });
+    }
+    if (stand) kept.add(pair, std::span(contacts).subspan(before));
+  }
+}
+
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   foreseen_ = reach.v;
+  standing_.begin(reach);
   place_geoms(reach);
   reach_out(reach);
   find_pairs(reach.model, fixed_);
-  const auto collide_all = [&](std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
-                               std::vector<Contact>& to) {
-    const auto all = [](Index, Index) { return true; };
-    to.clear();
-    visit(reach, pairs, points, all, [&](const Contact& contact, double closing) {
-      if (contact.gap <= reach.margin || closing <= reach.margin) to.push_back(contact);
-    });
-  };
   const std::size_t parts = (pairs_.size() + pairs_per_part - 1) / pairs_per_part;
   const unsigned threads = automatic_threads(reach.threads, parts);
   if (threads == 1) {
-    collide_all(pairs_, points_, contacts);
+    collide_pairs(reach, pairs_, points_, contacts, kept_);
   } else {
     parts_.resize(parts);
     PoolLease(threads)->run(parts, [&](std::size_t k) {
       const std::size_t first = k * pairs_per_part;
       const std::size_t count = std::min(pairs_per_part, pairs_.size() - first);
-      collide_all(std::span(pairs_).subspan(first, count), parts_[k].points, parts_[k].contacts);
+      Part& part = parts_[k];
+      collide_pairs(reach, std::span(pairs_).subspan(first, count), part.points, part.contacts, part.kept);
     });
     contacts.clear();
-    for (const Part& part : parts_)
+    kept_.clear();
+    for (const Part& part : parts_) {
       contacts.insert(contacts.end(), part.contacts.begin(), part.contacts.end());
+      kept_.append(part.kept);
+    }
   }
+  standing_.keep(kept_);
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
@@ -380,113 +321,6 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
     end = end_of_pair(found_, first);
     redundant_.add(reach, std::span(found_).subspan(first, end - first), contacts);
-  }
-}
-
-namespace {
-
-// Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
-bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
-
-// The points in the middle of the step of contacts of a pair that travels by `way` and whose surface turns by
-// `most`. A point on a rim keeps its place beside the centre while the rim moves through it; a corner moves
-// with it. Each point is taken once.
-void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
-                  const std::vector<Contact>& contacts, std::vector<ContactPoint>& points,
-                  std::vector<std::optional<ContactPoint>>& found) {
-  found.assign(keys.size(), std::nullopt);
-  for (std::size_t k = 0; k < keys.size(); ++k) {
-    const Vec3 place = contacts[keys[k].contact].point + way;
-    const auto away = [&](const ContactPoint& p) { return norm_squared(p.point - place); };
-    const auto nearest = std::min_element(points.begin(), points.end(),
-                                          [&](const auto& p, const auto& q) { return away(p) < away(q); });
-    if (nearest == points.end() || away(*nearest) > most * most) continue;
-    found[k] = *nearest;
-    points.erase(nearest);
-  }
-}
-
-}  // namespace
-
-const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
-                                                          const std::vector<Contact>& contacts) {
-  middles_.clear();
-  const Later half(reach, 0.5 * reach.h, later_);
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    const double turn = half.turn(a.body) + half.turn(b.body);
-    const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
-    if ((end - first > 1 && !rolls) || turn < 0.5 * least_turn) continue;
-    const Contact& c = contacts[by_pair_[first].contact];
-    points_.clear();
-    const Transform frame_a = half.frame(a), frame_b = half.frame(b);
-    collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
-            points_);
-    if (rolls) {
-      const Vec3 way =
-          of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
-      match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape),
-                   std::span(by_pair_).subspan(first, end - first), contacts, points_, matched_);
-    } else {
-      if (points_.size() != 1) continue;
-      matched_.assign(1, points_[0]);
-    }
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    for (std::size_t k = first; k < end; ++k) {
-      if (!matched_[k - first]) continue;
-      const Vec3& normal = contacts[by_pair_[k].contact].normal;
-      Middle middle{by_pair_[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
-      touch_at(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
-      // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
-      // whether it is an internal edge.
-      const auto stays = [&](const Transform& before, const Transform& then) {
-        const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
-        return norm_squared(carried - middle.normal) < same_normal * same_normal;
-      };
-      if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
-          stays(frames_[geom_b], frame_b))
-        middles_.push_back(middle);
-    }
-  }
-  return middles_;
-}
-
-// Contacts use the velocity of a point along a constant normal. If a body turns by the angle a, the error is
-// of the order of a times the travel: a body that slides along a turning face ends inside it. So turning
-// pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
-// pair's rows are known: the rows remove an overlap as fast as they may.
-void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  const Later later(reach, reach.h, later_);
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  // One search per pair; the first of its contacts provides the data that all share.
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
-    const Transform frame_a = later.frame(a), frame_b = later.frame(b);
-    const double offset = contacts[by_pair_[first].contact].material.rest_offset;
-    points_.clear();
-    collide(a.shape, frame_a, b.shape, frame_b, offset, points_);
-    // `held` below is not positive.
-    const auto overlaps = [&](const ContactPoint& p) { return p.gap - offset < -allowance; };
-    if (std::none_of(points_.begin(), points_.end(), overlaps)) continue;
-    const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    Contact c = contacts[by_pair_[first].contact];
-    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
-    found_.clear();
-    for (const ContactPoint& p : points_) {
-      if (p.gap - offset >= held - allowance) continue;
-      move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
-      // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
-      c.gap -= reach.h * opening(c, reach.v);
-      found_.push_back(c);
-    }
-    redundant_.add(reach, found_, contacts);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "multibody/contacts/internal_edges.hpp"
 #include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/redundant_points.hpp"
+#include "multibody/contacts/standing_pairs.hpp"
 
 namespace amontons {
 
@@ -40,7 +41,7 @@ class ContactFinder {
     Index body_a, body_b;
     Vec3 normal, r_a, r_b, surface_velocity;
   };
-  // Of pairs that turn. The contact is the only one of its pair, or one of a rim.
+  // Pairs that turn have one. The contact is the only one of its pair, or one of a rim.
   using Middles = std::vector<Middle>;
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
@@ -61,6 +62,10 @@ class ContactFinder {
   // velocities of one search.
   void place_geoms(const Reach& reach);
   void reach_out(const Reach& reach);
+  // Contacts of the pairs, which ascend, within the margin now or at the end of the step; and of those that
+  // stand, for the next search.
+  void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
+                     std::vector<Contact>& contacts, StandingPairs::Kept& kept) const;
   // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
   void find_pairs(const Model& model, std::span<const unsigned char> stay);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
@@ -82,6 +87,7 @@ class ContactFinder {
   std::vector<HalfSpace> half_spaces_;  // by geom
   std::vector<unsigned char> fixed_, stay_;
   BodyVelocities foreseen_;  // velocities of the first search
+  StandingPairs standing_;
   // Per geom: motion with the velocities of the search, and its change by a solve.
   std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;
@@ -90,8 +96,10 @@ class ContactFinder {
   struct Part {
     std::vector<ContactPoint> points;
     std::vector<Contact> contacts;
+    StandingPairs::Kept kept;
   };
   std::vector<Part> parts_;
+  StandingPairs::Kept kept_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;

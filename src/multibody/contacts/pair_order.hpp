@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-// Of a contact of this step, or of one carried over from the last one.
+// The geoms of a contact of this step, or of one carried over from the last one.
 inline std::pair<Index, Index> pair_of(const auto& c) { return {c.geom_a, c.geom_b}; }
 
 // For contacts ordered by pairs: the end of the pair that begins at `first`.

@@ -224,12 +224,15 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 //
 // If a normal turns far in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
-  // Tangents are transported by the rotation that takes one normal to the other.
+  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 + [a]x
+  // + [a]x^2 / (1 + <m, n>).
+  static const double most = elementary::sin(resolved_turn);
   const Vec3 axis = cross(middle.normal, c.normal);
-  const double sine = norm(axis);
-  if (sine > elementary::sin(resolved_turn) || dot(middle.normal, c.normal) < 0) return {};
+  const double cosine = dot(middle.normal, c.normal);
+  if (norm_squared(axis) > most * most || cosine < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
-  if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
+  const Vec3 across = cross(axis, u);
+  u += across + (1 / (1 + cosine)) * cross(axis, across);
   double turn[3];
   ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
   return {turn[0], turn[1], turn[2]};
