@@ -9,7 +9,6 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 # CMake variables for the build of the Python package: NAME=VALUE ...
 CONFIG ?=
-COMPILER ?= zig
 PYTHONS ?=
 
 export PATH := $(CURDIR)/$(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin):$(PATH)
@@ -30,7 +29,7 @@ SOAK_SECONDS ?= 3600
 SANITIZED_SOAK_SECONDS ?= 600
 SOAK_SEED ?= 1
 
-.PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays playground notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install package
+.PHONY: help demo test room quick quick_room cpp_tests browser pocl gpu docs figures replays playground notebooks bench soak format lint sanitize release_checks stubs wheel wheels wheels-test cross clean install
 help:
 	@echo 'make demo      a wrecking ball hits a wall of 750 bricks: recording, pictures, figures in out/demo'
 	@echo 'make test      C++ and Python tests;  make test ROOM=io  those of one room, ROOM=core  of the engine;  make quick ROOM=joint  by file name'
@@ -44,12 +43,12 @@ help:
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
 	@echo 'make sanitize  C++ tests under the address, undefined-behaviour and thread sanitizers'
 	@echo 'make release_checks  what .ci/run leaves out: the Python module under sanitizers, make soak, make wheel'
-	@echo 'make wheel     wheels for every Linux and the source distribution, tried in empty environments, in dist'
+	@echo 'make wheel     wheels for this Linux and the source distribution, tried in empty environments, in dist'
 	@echo 'make wheels    wheels for Linux, macOS and Windows, by cross compilation;  make wheels-test  run them by qemu and wine'
 	@echo 'make stubs     renew the committed stub of the compiled module;  make clean  remove what was built'
 
 # Exit code 1 says that some steps, or all methods, ended at their limits: the tables tell which.
-demo: package
+demo: install
 	@mkdir -p out/demo
 	$(say) 'A wrecking ball hits a wall of 750 bricks: two seconds of it, in a minute or two'
 	@$(BIN)/amontons run wall --duration 2 --tolerance 1e-3 --threads $(JOBS) \
@@ -190,11 +189,10 @@ stubs: install
 	@cmake --build $(BUILD) --target amontons_stub
 	@cp $(BUILD)/_core.pyi python/amontons/_core.pyi && echo 'python/amontons/_core.pyi'
 
-# Wheels for the interpreters in PYTHONS, by default every python3.X on the path, and the source distribution;
-# COMPILER=system takes that of the system in place of the one that makes wheels for every Linux.
-wheel: .venv/.checked
-	$(say) 'Source distribution and wheels in dist: a compilation of minutes each'
-	@$(PYTHON) tools/make_wheel.py --compiler $(COMPILER) $(PYTHONS)
+# Wheels for this system, for the interpreters in PYTHONS, by default every python3.X on the path; and each of these tries them.
+wheel: install
+	@$(MAKE) --no-print-directory wheels TARGETS=here
+	@$(BIN)/python tools/make_wheel.py --try $(PYTHONS)
 
 # Wheels for the systems of tools/wheel_targets.py, or those in TARGETS; minutes of compilation for each.
 TARGETS ?= all
@@ -220,16 +218,6 @@ clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis
 
 install: .venv/.amontons
-
-# A wheel in dist that fits this Python saves the compilation, and the compiler, as long as nothing is compiled here.
-package:
-	@test -e .venv/.amontons -o ! -d dist && exec $(MAKE) --no-print-directory install; \
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv || exit 1; \
-	wheel=$$($(BIN)/python tools/fitting_wheel.py) || exec $(MAKE) --no-print-directory install; \
-	test .venv/.wheel -nt "$$wheel" && exit 0; \
-	printf '\033[1mInstalling %s into .venv (make install compiles instead)\033[0m\n' "$${wheel##*/}"; \
-	$(BIN)/python -m pip install --quiet --progress-bar off --force-reinstall --no-deps "$$wheel" \
-	  && $(BIN)/python -m pip install --quiet --progress-bar off "$$wheel[cli]" && touch .venv/.wheel
 
 .venv/.checked: tools/check_environment.py
 	@command -v $(PYTHON) >/dev/null || { echo 'amontons: no python3 found: install Python 3.11 or newer' >&2; exit 1; }

@@ -15,7 +15,7 @@ are wall clock, so that they hold on an idle core only. --only stages measures n
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -24,7 +24,6 @@ from typing import Any
 import amontons
 import amontons.scenes
 import matplotlib.pyplot as plt
-import numpy as np
 from beside.engine import Engine, Running
 from beside.engine import engines as installed
 from beside.figure import COLOURS
@@ -32,6 +31,7 @@ from beside.plain import Unsupported
 from beside.scenes import plain
 from common import SAMPLE, arguments, shrink, tracked, use_one_core, with_folders, write_csv
 from matplotlib.ticker import NullFormatter
+from report import exponent, grouped
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""
@@ -156,26 +156,6 @@ def write_stages(folder: Path, sizes: Iterable[int]) -> None:
         print(f"growth: {count} spheres, {rows[-1]['contacts']:.0f} contacts, us a contact: {cells}")
 
 
-def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
-    """The slope of log(time) over log(size) by least squares."""
-    points = [(float(r["size"]), float(r["step"])) for r in rows if r["step"] != ""]
-    if len(points) < 2:
-        return float("nan")
-    size, time = np.log(np.array(points)).T
-    return float(np.polyfit(size, time, 1)[0])
-
-
-def exponents(rows: Iterable[Row]) -> list[Row]:
-    """A row per family and engine."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for r in rows:
-        groups.setdefault((r["family"], r["engine"]), []).append(r)
-    return [
-        {"family": family, "engine": engine, "sizes": len(group), "exponent": exponent(group)}
-        for (family, engine), group in groups.items()
-    ]
-
-
 def draw(rows: list[Row], path: Path) -> None:
     families = list(dict.fromkeys(r["family"] for r in rows))
     figure, panels = plt.subplots(2, 3, figsize=(10, 5.6), squeeze=False, layout="constrained")
@@ -227,11 +207,9 @@ def main() -> None:
         write_stages(options.out, STAGED[:2] if options.quick else STAGED)
     if not rows:
         return
-    fitted = exponents(rows)
-    write_csv(options.out / "exponents.csv", fitted)
     draw(rows, options.figures / "growth.png")
-    for r in fitted:
-        print(f"growth: {r['family']}, {r['engine']}: time ~ size^{r['exponent']:.2f}")
+    for (family, engine), group in grouped(rows, "family", "engine").items():
+        print(f"growth: {family}, {engine}: time ~ size^{exponent(group):.2f}")
 
 
 if __name__ == "__main__":

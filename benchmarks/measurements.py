@@ -4,7 +4,7 @@ a four-bar linkage.
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
 Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
-measured_PART.csv, a row per figure, and their tables into docs/measured.md (reports/measured.py).
+measured_PART.csv, a row per figure, and their tables into docs/measured.md (report.py).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from common import TABLES, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
-from reports.measured import renew
+from report import renew_measured
 
 Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -47,7 +47,7 @@ def main() -> None:
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
     if whole:
-        renew(options.out)
+        renew_measured(options.out)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""The Markdown page of a folder of results, and the tables of docs/benchmarks.md.
+"""The tables of the documents, views of the CSV files of a folder of results.
 
     python benchmarks/report.py FOLDER [--docs]
 
-Reads the CSV files that the benchmarks wrote and writes README.md beside them; --docs also renews the parts
-of docs/benchmarks.md, docs/choosing.md, docs/engine-curves.md, docs/index.md and of the README of the
-repository between their markers, and the figures in sentences beside other engines.
+Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md,
+choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in
+sentences beside other engines.
 """
 
 from __future__ import annotations
@@ -12,29 +12,259 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
+from statistics import linear_regression, median
+from typing import Any
 
-from common import ROOT
-from reports.engines import (
-    budget_table,
-    curves,
-    deadline_table,
-    engine_table,
-    growth_table,
-    summary_table,
-    with_figures,
-)
-from reports.home import numbers
-from reports.targets import PROFILE_KEYS, Results, file_targets, targets
-from tables import milliseconds, scientific, table
+from beside.figure import error, finished, label
+from common import ORIGINS, ROOT, read_csv
 
-DOCS = ROOT / "docs" / "benchmarks.md"
-README = ROOT / "README.md"
-HOME = ROOT / "docs" / "index.md"
-CHOOSING = ROOT / "docs" / "choosing.md"
-CURVES = ROOT / "docs" / "engine-curves.md"
-WITH_FIGURES = (ROOT / "docs" / "engines.md", CURVES, ROOT / "docs" / "peers.md", HOME)
+Row = dict[str, str]
+Rows = list[Row]
+Spec = str | Callable[[Row], str]
+"""A cell: a function of the row, or a column with a format behind a space: one of `format`, "ms" for seconds
+in ms, "x1e3" for two digits of the value times 1e3, "~3" for three digits of a number and texts as they
+are."""
+
+
+# Numbers and tables.
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; columns after the first are aligned to the right."""
+    lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def milliseconds(seconds: str | float) -> str:
+    """Three digits, whole milliseconds from 100 on; nothing for a blank."""
+    if seconds == "":
+        return ""
+    value = 1e3 * float(seconds)
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
+
+
+def scientific(value: str | float) -> str:
+    return f"{float(value):.1e}" if value != "" else ""
+
+
+def digits(value: str, scale: float) -> str:
+    """Two digits, whole numbers from 10 to a million."""
+    number = scale * float(value)
+    return f"{number:.0f}" if 10 <= number < 1e6 else f"{number:.2g}"
+
+
+def short(value: str, places: int = 3) -> str:
+    """A number with so many digits; a text as it is."""
+    try:
+        return f"{float(value):.{places}g}"
+    except ValueError:
+        return value
+
+
+def cell(row: Row, spec: Spec) -> str:
+    if callable(spec):
+        return spec(row)
+    key, _, how = spec.partition(" ")
+    value = row[key]
+    if not how or value == "":
+        return value
+    if how == "ms":
+        return milliseconds(value)
+    if how[0] in "x~":
+        return digits(value, float(how[1:])) if how[0] == "x" else short(value, int(how[1:]))
+    return format(float(value), how)
+
+
+def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
+    """A table with a line per row: the header of each column, and its cell."""
+    return table(tuple(columns), [[cell(row, spec) for spec in columns.values()] for row in rows])
+
+
+def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[tuple[str, ...], list[dict[str, Any]]]:
+    """The rows by their values of these columns, in the order in which they come."""
+    groups: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return groups
+
+
+class Results:
+    """The CSV files of a folder by name, with their origins."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.beside = folder, folder.parent / "beside"
+        self.environment = {row["key"]: row["value"] for row in self["environment"]}
+        self.origins = {row["table"]: row for at in (folder, self.beside) for row in read_csv(at / ORIGINS)}
+
+    def __getitem__(self, name: str) -> Rows:
+        return read_csv((self.beside if name in ("beside", "solvers") else self.folder) / f"{name}.csv")
+
+    def origin(self, *names: str) -> str:
+        """The revision and the date of each of these tables."""
+        known = [self.origins[f"{name}.csv"] for name in names if f"{name}.csv" in self.origins]
+        return "; ".join(f"`{o['table']}`: revision {o['revision']}, {o['date']}" for o in known)
+
+    @property
+    def machine(self) -> str:
+        return ", ".join(self.environment.get(key, "") for key in ("processor", "compiler"))
+
+
+# What was wanted and what was reached.
+
+LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
+PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm")
+Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
+
+
+def accuracy(files: Rows, law: str, tolerance: float) -> Rows:
+    return [r for r in files if r["law"] == law and float(r["tolerance"]) == tolerance]
+
+
+def file_targets(r: Results) -> Iterable[Line]:
+    files, duels = r["files"], r["clarabel"]
+    if not files:
+        return
+    for law, tolerance, wanted in (
+        ("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
+        ("coulomb", 1e-8, 54),
+    ):  # fmt: skip
+        rows = accuracy(files, law, tolerance)
+        if not rows:
+            continue
+        solved = sum(float(row["residual"]) <= tolerance for row in rows)
+        wanted = wanted or len(rows)
+        # The counts that are wanted are out of the 56 files; of a sample, all.
+        enough = solved >= min(wanted, len(rows))
+        yield f"files solved to {tolerance:.0e}, {law}", f"{wanted}", f"{solved} of {len(rows)}", enough
+    both = [accuracy(files, law, 1e-8) for law in ("coulomb", "associated")]
+    if all(both):
+        theirs, ours = (sum(float(row["time"]) for row in rows) for rows in both)
+        yield "time to 1e-08, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+        # A file that is not solved takes the whole of its deadline.
+        done = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
+        if len(done) < len(both[0]):
+            theirs, ours = (sum(float(row["time"]) for row in rows if row["file"] in done) for rows in both)
+            what = f"the same, of the {len(done)} files that are solved"
+            yield what, "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+    trusted = [
+        abs(float(row["relative_difference"])) for row in accuracy(files, "associated", 1e-8)
+        if row["relative_difference"] and float(row["reference_error"]) < 1e-8
+    ]  # fmt: skip
+    if trusted:
+        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-08"
+        yield what, "1e-06", scientific(max(trusted)), max(trusted) <= 1e-6
+    if duels:
+        ours, theirs = (sum(float(row[key]) for row in duels) for key in ("wall", "clarabel_time"))
+        reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
+        yield "total time to 1e-04 over that of Clarabel", "1", reached, ours <= theirs
+        large = [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]
+        if large:
+            what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
+            yield what, "below 1", f"{max(large):.2f}", max(large) < 1
+
+
+def kernel_targets(r: Results) -> Iterable[Line]:
+    """Full iterations on one core: in a cache, and far out of all."""
+    for row in (row for row in r["kernel"] if row["threads"] == "1"):
+        contacts, time, ratio = int(row["contacts"]), float(row["ns_per_contact"]), float(row["ratio"])
+        if contacts < 20000:
+            what = f"iteration at {contacts} contacts, {row['law']}, ns per contact"
+            yield what, "8", f"{time:.1f}", time <= 8
+        elif contacts > 500000:
+            what = f"share of triad bandwidth at {contacts} contacts, {row['law']}"
+            yield what, "0.9", f"{ratio:.2f}", ratio >= 0.9
+    for row in (row for row in r["instruction_sets"] if row["isa"] == "avx2" and row.get("near_ratio")):
+        share = float(row["near_ratio"])
+        what = f"share of triad bandwidth in the same cache at {row['contacts']} contacts, {row['law']}, AVX2"
+        yield what, "0.75", f"{share:.2f}", share >= 0.75
+
+
+def step_targets(r: Results) -> Iterable[Line]:
+    for row in r["steps"]:
+        by = "" if row["method"] == "auto" else f", {row['method']}"
+        what = f"{row['scene']}, {row['law']}, to {float(row['tolerance']):.0e}{by}"
+        met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
+        yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
+
+
+def scene_targets(r: Results) -> Iterable[Line]:
+    for row in r["simulation"]:
+        wanted, cores = float(row.get("target") or 0), row.get("target_cores")
+        told = row["steps_per_second"] if cores == "1" else row.get("steps_per_second_all")
+        if wanted and told:
+            name, speed = row["name"], float(told)
+            where = "one core" if cores == "1" else f"{cores} cores"
+            yield f"{name}, steps/s on {where}", f"{wanted:g}", f"{speed:.3g}", speed >= wanted
+            converged, steps = int(row["converged"]), int(row["steps"])
+            yield f"{name}, steps that converge", "all", f"{converged} of {steps}", converged == steps
+
+
+def robot_targets(r: Results) -> Iterable[Line]:
+    speeds = sorted(
+        (float(row["steps_per_second"]) / float(row["mujoco_steps_per_second"]), row["model"])
+        for row in r["robots_2ms"]
+        if row["steps_per_second"] and row["mujoco_steps_per_second"]
+    )
+    if speeds:
+        middle, (least, slowest) = median(speed for speed, _ in speeds), speeds[0]
+        what = f"{len(speeds)} robots at 2 ms, steps/s over MuJoCo's, median"
+        yield what, "0.4", f"{middle:.2g}", middle >= 0.4
+        yield "the same, slowest", "0.15", f"{least:.2g} ({slowest})", least >= 0.15
+
+
+def feasible(rows: Rows, half: str) -> tuple[list[str], Rows]:
+    """The methods, and the solves of this half of the corpus that one of them does."""
+    rows = [row for row in rows if row["half"] == half]
+    methods = [key for key in (rows[0] if rows else ()) if key not in (*PROFILE_KEYS, "auto")]
+    return methods, [row for row in rows if any(row[m] for m in methods)]
+
+
+def ratio(row: Row, method: str, methods: Sequence[str]) -> float:
+    """The time of a method over the best one's; infinite where it fails."""
+    return float(row[method]) / min(float(row[m]) for m in methods if row[m]) if row[method] else math.inf
+
+
+def profile_targets(r: Results) -> Iterable[Line]:
+    """auto on problems that it was not tuned on, beside the best single method for each."""
+    methods, rows = feasible(r["profile"], "held-out")
+    if rows:
+        near = sum(ratio(row, "auto", methods) <= 1.5 for row in rows)
+        failed = sum(not row["auto"] for row in rows)
+        what = "held-out solves within 1.5 of the best method"
+        yield what, "100 %", f"{100 * near / len(rows):.0f} %", near == len(rows)
+        yield "the same, not solved though a method does", "0", f"{failed}", not failed
+
+
+def targets(r: Results) -> str:
+    """The table of what was wanted and what was reached, or nothing without results."""
+    parts = (file_targets, step_targets, scene_targets, robot_targets, profile_targets, kernel_targets)
+    lines = [line for part in parts for line in part(r)]
+    rows = [(what, wanted, reached, "yes" if met else "**no**") for what, wanted, reached, met in lines]
+    return table(("Target", "Wanted", "Reached", "Met"), rows) if rows else ""
+
+
+# docs/benchmarks.md and the README.
+
+
+def more_cores(s: Row) -> str:
+    one, many = s.get("steps_per_second_one"), s.get("steps_per_second_all")
+    return f"{float(many) / float(one):.2f}" if one and many else ""
+
+
+SCENES: dict[str, Spec] = {
+    "scene": "name", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
+    "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "step ms",
+    "real-time factor": "real_time_factor .2g", "all cores over one": more_cores,
+    "worst residual": "residual_worst .1e",
+}  # fmt: skip
+UNSOLVED: dict[str, Spec] = {
+    "file": "file", "law": "law", "tolerance": "tolerance .1e", "residual": "residual .1e",
+    "status": "status", "time (ms)": "time ms",
+}  # fmt: skip
 SHOWN = {
     "B1 network": "lattice of 1000 parts on joints",
     "B3 plates 1:100": "stack of 20 plates, masses 1:100",
@@ -45,342 +275,64 @@ SHOWN = {
     "10000 spheres": "10000 grains in a box",
 }
 """Scenes of the README: the name in simulation.csv, and words for a reader who does not know these names."""
-SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
-MARKS = {DOCS: "results", README: "measured", CHOOSING: "methods", CURVES: "engines"}
-PROFILE = "profile"  # a second part of CHOOSING
+MEASURED: dict[str, Spec] = {
+    "Scene": lambda s: SHOWN[s["name"]], "Bodies": "bodies", "Contacts": "contacts .0f",
+    "Time step (ms)": "dt ms", "Tolerance": "tolerance .0e", "Time per step (ms)": "step ms",
+    "Real-time factor": "real_time_factor .2g",
+}  # fmt: skip
 
 
-def remaining(r: Results) -> str:
-    rows = [
-        (row["file"], row["law"], scientific(row["tolerance"]), scientific(row["residual"]), row["status"],
-         milliseconds(row["time"]))
-        for row in r.files if float(row["residual"]) > float(row["tolerance"])
-    ]  # fmt: skip
-    header = ("file", "law", "tolerance", "residual", "status", "time (ms)")
-    return table(header, rows) if rows else "None."
+def missed_bounds(rows: Rows) -> str:
+    """The claims of physics.csv that miss their bound, and how many meet it."""
 
-
-def duel_table(r: Results) -> str:
-    return table(
-        ("file", "contacts", "amontons (ms)", "residual", "Clarabel (ms)", "residual", "formulation",
-         "its tolerance", "ratio"),
-        [(d["file"], d["contacts"], milliseconds(d["wall"]), scientific(d["residual"]),
-          milliseconds(d["clarabel_time"]), scientific(d["clarabel_residual"]), d["clarabel_form"],
-          scientific(d["clarabel_tolerance"]), f"{float(d['ratio']):.2f}") for d in r.duels],
-    )  # fmt: skip
-
-
-def accuracy_table(r: Results) -> str:
-    def cell(row: dict[str, str]) -> str:
-        return f"{scientific(row['residual'])} in {milliseconds(row['time'])}"
-
-    rows = []
-    for file, group in groupby(r.files, key=lambda row: row["file"]):
-        runs = list(group)
-        difference = next((row["relative_difference"] for row in runs[1:2]), "")
-        rows.append((file, runs[0]["contacts"], *map(cell, runs), scientific(difference)))
-    header = [
-        f"{law} {float(t):.0e}" for law, t in dict.fromkeys((q["law"], q["tolerance"]) for q in r.files)
-    ]
-    return table(("file", "contacts", *header, "objective"), rows)
-
-
-def method_table(r: Results, law: str) -> str:
-    rows = [
-        (row["scene"], row["method"], row["status"], scientific(row["residual"]), row["products"],
-         milliseconds(row["time"]), row["products_1e-03"], milliseconds(row["time_1e-03"]),
-         row["products_1e-06"], milliseconds(row["time_1e-06"]))
-        for row in r.methods if row["law"] == law and row["status"] != "not applicable"
-    ]  # fmt: skip
-    header = (
-        "scene",
-        "method",
-        "status",
-        "residual",
-        "products",
-        "ms",
-        "products to 1e-3",
-        "ms",
-        "to 1e-6",
-        "ms",
-    )
-    return table(header, rows)
-
-
-def choosing_table(r: Results, link: str) -> str:
-    """What docs/choosing.md shows: how long each method takes to 1e-3 and to 1e-6, by law and scene."""
-
-    def cell(row: dict[str, str] | None) -> str:
-        if row is None or row["status"] == "not applicable":
-            return ""
-        times = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
-        return "–" if times == ["–", "–"] else " / ".join(times)
-
-    parts = []
-    for law in ("associated", "coulomb"):
-        rows = {(m["scene"], m["method"]): m for m in r.methods if m["law"] == law}
-        scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
-        body = [(f"`{m}`", *(cell(rows.get((scene, m))) for scene in scenes)) for m in methods]
-        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
-    machine = ", ".join(r.environment.get(key, "") for key in ("processor", "compiler"))
-    head = f"One core of an {machine}; `make bench` ([all results]({link})). {r.origin('methods.csv')}."
-    return "\n\n".join([head, *parts])
-
-
-def profile_table(r: Results) -> str:
-    """Of each half of the corpus how often auto is near the best method; of each method alone, how often."""
-    rows = []
-    for half in ("tuning", "held-out"):
-        part = [row for row in r.profile if row["half"] == half]
-        if not part:
-            continue
-        methods = [key for key in part[0] if key not in (*PROFILE_KEYS, "auto")]
-        feasible = [row for row in part if any(row[m] for m in methods)]
-        for method in ("auto", *methods):
-            ratios = sorted(
-                float(row[method]) / min(float(row[m]) for m in methods if row[m])
-                if row[method]
-                else math.inf
-                for row in feasible
-            )
-            within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
-            middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
-            failed = f"{sum(not row[method] for row in feasible)}"
-            rows.append((half, f"`{method}`", f"{len(feasible)}", *within, middle, failed))
-    header = ("half", "method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
-    return table(header, rows)
-
-
-def step_table(r: Results) -> str:
-    return table(
-        ("scene", "law", "tolerance", "method", "residual", "iterations", "products", "ms", "fastest",
-         "processor"),
-        [(row["scene"], row["law"], scientific(row["tolerance"]), row["used"], scientific(row["residual"]),
-          row["iterations"], row["products"], milliseconds(row["wall"]), milliseconds(row["fastest"]),
-          milliseconds(row["processor_time"])) for row in r.steps],
-    )  # fmt: skip
-
-
-def kernel_table(r: Results) -> str:
-    alone = {(k["contacts"], k["law"]): float(k["ns_per_contact"]) for k in r.kernel if k["threads"] == "1"}
-    return table(
-        ("contacts", "law", "threads", "ns per contact", "fastest", "GB/s", "triad GB/s", "share",
-         "speed-up"),
-        [(k["contacts"], k["law"], k["threads"], f"{float(k['ns_per_contact']):.1f}",
-          f"{float(k['best_ns']):.1f}", f"{float(k['gb_per_s']):.1f}", f"{float(k['triad_gb_per_s']):.1f}",
-          f"{float(k['ratio']):.2f}", f"{alone[k['contacts'], k['law']] / float(k['ns_per_contact']):.2f}")
-         for k in r.kernel],
-    )  # fmt: skip
-
-
-def instruction_sets_table(r: Results) -> str:
-    """ns per contact of an iteration on one core, with the share of the triad in the same cache."""
-    sets = list(dict.fromkeys(row["isa"] for row in r.sets))
-    cells = {
-        (row["contacts"], row["law"], row["isa"]): f"{float(row['ns_per_contact']):.1f}"
-        + (f" ({100 * float(row['near_ratio']):.0f} %)" if row.get("near_ratio") else "")
-        for row in r.sets
-    }
-    problems = dict.fromkeys((row["contacts"], row["law"]) for row in r.sets)
-    rows = [(*problem, *(cells[*problem, isa] for isa in sets)) for problem in problems]
-    return table(("contacts", "law", *sets), rows)
-
-
-def share(part: str, whole: str) -> str:
-    return f"{100 * float(part) / float(whole):.0f} %"
-
-
-def more_cores(s: dict[str, str]) -> str:
-    one, many = s.get("steps_per_second_one"), s.get("steps_per_second_all")
-    return f"{float(many) / float(one):.2f}" if one and many else ""
-
-
-def scene_table(r: Results) -> str:
-    """The simulated scenes, for everyone."""
-    return table(
-        ("scene", "bodies", "contacts", "joint rows", "h (ms)", "tolerance", "time per step (ms)",
-         "real-time factor", "all cores over one", "worst residual"),
-        [(s["name"], s["bodies"], f"{float(s['contacts']):.0f}", f"{float(s['joint_rows']):.0f}",
-          milliseconds(s["dt"]), f"{float(s['tolerance']):.0e}", milliseconds(s["step"]),
-          f"{float(s['real_time_factor']):.2g}", more_cores(s), scientific(s["residual_worst"]))
-         for s in r.simulation],
-    )  # fmt: skip
-
-
-def phase_table(r: Results) -> str:
-    """Where the time of a step goes, and how well it is solved."""
-    return table(
-        ("scene", "simulated (s)", "collision", "assembly", "solve", "median step (ms)", "longest (ms)",
-         "iterations", "converged", "median residual", "penetration (m)", "joint error (m)"),
-        [(s["name"], f"{float(s['simulated']):.3g}", share(s["collision"], s["step"]),
-          share(s["assembly"], s["step"]), share(s["solve"], s["step"]), milliseconds(s["step_median"]),
-          milliseconds(s["step_longest"]), f"{float(s['iterations']):.0f}",
-          f"{s['converged']} of {s['steps']}", scientific(s["residual_median"]),
-          scientific(s["penetration"]), scientific(s["joint_error"]))
-         for s in r.simulation],
-    )  # fmt: skip
-
-
-def physics_table(r: Results) -> str:
-    def limit(row: dict[str, str]) -> str:
+    def limit(row: Row) -> str:
         value = float(row["limit"])
         if not math.isfinite(value):
             return ""
         return f"below {value:.2g}" if value >= 0 else f"above {-value:.2g}"
 
-    rows = [
-        (row["claim"], row["figure"], f"{float(row['value']):.2g} {row['unit']}".strip(), limit(row),
-         "" if not limit(row) else "yes" if row["met"] == "yes" else "**no**")
-        for row in r.physics
-    ]  # fmt: skip
-    return table(("Scene", "Quantity", "Measured", "Bound", "Met"), rows)
-
-
-def order_table(r: Results) -> str:
-    """Errors at the longest and the shortest step, and the mean order."""
-
-    def cells(row: dict[str, str], what: str) -> tuple[str, ...]:
-        order = row[f"{what}_order"]
-        ends = (f"{float(row[f'{what}_{k}']):.1e}" for k in (0, 3))
-        return (*ends, f"{float(order):.2f}" if order else "exact")
-
-    rows = [
-        (row["scene"], row["joints"], f"{1e3 * float(row['dt']):g} to {1e3 * float(row['dt']) / 8:g}",
-         *cells(row, "position"), *cells(row, "velocity"))
-        for row in r.orders
-    ]  # fmt: skip
-    parts = [(f"{what}, first", "last", "order") for what in ("Position (m)", "Velocity (m/s)")]
-    return table(("Scene", "Joints as", "Step (ms)", *parts[0], *parts[1]), rows)
-
-
-def robot_table(r: Results) -> str:
-    """Models of others beside MuJoCo, lengths in mm, times in ms."""
-
-    def cell(row: dict[str, str], key: str, scale: float = 1.0) -> str:
-        return f"{scale * float(row[key]):.2g}" if row[key] else ""
-
-    rows = [
-        (row["model"], row["outcome"].split(":")[0], row["not_read"],
-         f"{row['contacts']} / {row['mujoco_contacts']}", cell(row, "missed_percent"),
-         cell(row, "residual"), cell(row, "penetration", 1e3), cell(row, "energy_gain_relative"),
-         cell(row, "free", 1e3), cell(row, "free_in_errors"), cell(row, "motion", 1e3),
-         cell(row, "joint_error", 1e3), cell(row, "driven_missed_percent"), cell(row, "driven_joint_error"),
-         cell(row, "step_median", 1e3), cell(row, "longest_in_medians"),
-         f"{cell(row, 'steps_per_second')} / {cell(row, 'mujoco_steps_per_second')}")
-        for row in r.robots
-    ]  # fmt: skip
-    header = ("model", "outcome", "not read", "contacts", "missed %", "residual", "penetration", "gain",
-              "free motion", "in errors", "motion", "joints", "driven: missed %", "driven: joints, lengths",
-              "median step", "longest, medians", "steps/s")  # fmt: skip
-    return table(header, rows)
-
-
-def rollout_table(r: Results) -> str:
-    rows = [
-        (row["name"], row["threads"], f"{float(row['steps_per_second']):.0f}",
-         f"{1e6 * float(row['processor_per_step']):.1f}") for row in r.rollout
-    ]  # fmt: skip
-    return table(("", "threads", "steps per second", "processor time per step (us)"), rows)
-
-
-def studies_table(r: Results) -> str:
-    rows = [
-        (row["executor"], row["processes"] if int(row["processes"]) else "", row["runs"],
-         f"{float(row['wall']):.2f}", f"{float(row['speed']):.2f}") for row in r.studies
-    ]  # fmt: skip
-    return table(("", "processes", "runs", "time (s)", "speed over the first"), rows)
-
-
-def broad_phase_table(r: Results) -> str:
-    return table(
-        ("scene", "bodies", "pairs", "first call (ns per body)", "next (ns per body)"),
-        [(row["scene"], row["bodies"], row["pairs"], row["first_ns_per_body"], row["next_ns_per_body"])
-         for row in r.broad_phase],
-    )  # fmt: skip
-
-
-def environment_table(r: Results) -> str:
-    return table(("", ""), [(key, value) for key, value in r.environment.items()])
-
-
-def page(r: Results, method: str) -> str:
-    """All tables; `method` is the path to the page that explains them."""
-    sections = [
-        ("Machine and versions", environment_table(r), ()),
-        ("Targets", targets(r), ()),
-        ("Simulated scenes", f"{scene_table(r)}\n\n{phase_table(r)}", ("simulation.csv",)),
-        ("Physics", physics_table(r), ("physics.csv",)),
-        ("Order of a step", order_table(r), ("orders.csv",)),
-        ("Models of others beside MuJoCo", robot_table(r), ("robots.csv",)),
-        ("Many worlds at once", rollout_table(r), ("rollout.csv",)),
-        ("Studies", studies_table(r), ("studies.csv",)),
-        ("Beside other engines", engine_table(r), ("beside.csv",)),
-        ("Growth", growth_table(r), ("growth.csv", "exponents.csv")),
-        (
-            "Stopped by the clock",
-            f"{budget_table(r)}\n\n{deadline_table(r)}",
-            ("budgets.csv", "deadlines.csv"),
-        ),
-        ("auto beside the best method", profile_table(r), ("profile.csv",)),
-        ("Time steps, default method", step_table(r), ("steps.csv",)),
-        ("Every method, associated", method_table(r, "associated"), ("methods.csv",)),
-        ("Every method, coulomb", method_table(r, "coulomb"), ("methods.csv",)),
-        ("Files beside Clarabel, to 1e-4", duel_table(r), ("clarabel.csv",)),
-        ("Files, residual and time (ms) by law and tolerance", accuracy_table(r), ("files.csv",)),
-        ("Files that were not solved", remaining(r), ("files.csv",)),
-        ("Contact kernel", kernel_table(r), ("kernel.csv",)),
-        ("Contact kernel by instruction set", instruction_sets_table(r), ("instruction_sets.csv",)),
-        ("Broad phase", broad_phase_table(r), ("broad_phase.csv",)),
-    ]
-    head = f"# Results: {r.environment.get('processor', 'unknown processor')}\n\n"
-    head += f"Written by `benchmarks/run_all.py`; [what is measured and how to read it]({method}).\n\n"
-    return head + "\n".join(
-        "\n\n".join([f"## {title}", *filter(None, [r.origin(*names)]), f"{body}\n"])
-        for title, body, names in sections
-        if body and all(name in r.origins for name in names)
-    )
+    bounded = [row for row in rows if limit(row)]
+    missed = [row for row in bounded if row["met"] == "no"]
+    table = view(missed, {
+        "Scene": "claim", "Quantity": "figure",
+        "Measured": lambda row: f"{float(row['value']):.2g} {row['unit']}".strip(), "Bound": limit,
+        "Met": lambda row: "**no**",
+    })  # fmt: skip
+    return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
 
 
 ORDERS = """Errors at the end of a motion at four steps, each half of the one before
-([orders.py](../benchmarks/orders.py)). Rows of joints leave errors of position below 1e-4 of `Model.length`,
-which have no order. Dashed lines belong to coordinates of trees. The humanoid is of first order: servos go by
-the bodies beside the joint, and a foot is light, although it stands.
+([orders.py](../benchmarks/orders.py), [numbers]({link}/orders.csv)). Rows of joints leave errors of
+position below 1e-4 of `Model.length`, which have no order. Dashed lines belong to coordinates of trees. The
+humanoid is of first order: the damping of a servo follows the inertia of the two bodies at its joint, and a
+foot is light although it stands.
 
 ![Errors of positions and velocities over the step](figures/orders.png)"""
 
 
 def summary(r: Results, link: str) -> str:
-    """What docs/benchmarks.md shows, with a link to the rest."""
-    e = r.environment
-    lines = [
-        f"{e.get('processor', '')}, {e.get('compiler', '')}; [all tables, versions and commands]({link}).",
-        targets(r),
-    ]
-    if r.simulation:
-        lines += ["### Simulated scenes", r.origin("simulation.csv"), scene_table(r), phase_table(r)]
-    if r.physics:
-        lines += ["### Physics", r.origin("physics.csv"), physics_table(r)]
-    if r.orders:
-        lines += ["### Order of a step", r.origin("orders.csv"), ORDERS, order_table(r)]
-    lines += ["### Files that were not solved", r.origin("files.csv"), remaining(r)]
-    lines += ["### Time steps", r.origin("steps.csv"), step_table(r)]
+    """What docs/benchmarks.md shows; `link` leads to the folder of results."""
+    lines = [f"{r.machine}; [all tables, versions and commands]({link}/tables.csv).", targets(r)]
+    if scenes := r["simulation"]:
+        lines += ["### Simulated scenes", r.origin("simulation"), view(scenes, SCENES)]
+        lines += [f"[Phases, longest steps and overlaps]({link}/simulation.csv) of the same scenes."]
+    if physics := r["physics"]:
+        what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv)"
+        lines += ["### Physics", r.origin("physics"), f"{what}: {missed_bounds(physics)}"]
+    if "orders.csv" in r.origins:
+        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
+    unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
+    lines += ["### Files that were not solved", r.origin("files")]
+    lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
     return "\n\n".join(lines)
 
 
 def measured(r: Results, link: str) -> str:
     """The part of the README: some scenes, and one sentence on the solver alone."""
-    e = r.environment
-    machine = f"One core of an {e.get('processor', '')}, {e.get('compiler', '')}"
-    lines = [f"{machine}; `make bench` ([all results]({link})). {r.origin('simulation.csv', 'files.csv')}."]
-    if r.simulation:
-        header = ("Scene", "Bodies", "Contacts", "Time step (ms)", "Tolerance", "Time per step (ms)",
-                  "Real-time factor")  # fmt: skip
-        rows = [
-            (SHOWN[s["name"]], s["bodies"], f"{float(s['contacts']):.0f}", milliseconds(s["dt"]),
-             f"{float(s['tolerance']):.0e}", milliseconds(s["step"]), f"{float(s['real_time_factor']):.2g}")
-            for s in r.simulation if s["name"] in SHOWN
-        ]  # fmt: skip
-        lines.append(table(header, rows))
+    origin = r.origin("simulation", "files")
+    lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
+    if scenes := r["simulation"]:
+        lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
     facts = [
         f"{what}: {reached}"
         for what, _, reached, _ in file_targets(r)
@@ -391,37 +343,356 @@ def measured(r: Results, link: str) -> str:
     return "\n\n".join(lines)
 
 
-def renew(document: Path, body: str, mark: str = "") -> None:
+# docs/choosing.md.
+
+
+def choosing_table(r: Results, link: str) -> str:
+    """How long each method takes to 1e-3 and to 1e-6, by law and scene."""
+
+    def times(row: Row | None) -> str:
+        if row is None or row["status"] == "not applicable":
+            return ""
+        found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
+        return "–" if found == ["–", "–"] else " / ".join(found)
+
+    machine = f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv))"
+    parts = [f"{machine}. {r.origin('methods')}."]
+    for law in ("associated", "coulomb"):
+        rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
+        scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
+        body = [(f"`{m}`", *(times(rows.get((scene, m))) for scene in scenes)) for m in methods]
+        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
+    return "\n\n".join(parts)
+
+
+def profile_table(r: Results) -> str:
+    """For each half of the corpus, how often auto and each method alone are near the best method."""
+    lines, profile = [], r["profile"]
+    for half in ("tuning", "held-out"):
+        methods, rows = feasible(profile, half)
+        for method in ("auto", *methods):
+            ratios = sorted(ratio(row, method, methods) for row in rows)
+            within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
+            middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
+            failed = f"{sum(not row[method] for row in rows)}"
+            lines.append((half, f"`{method}`", f"{len(rows)}", *within, middle, failed))
+    header = ("half", "method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
+    return table(header, lines)
+
+
+# Beside other engines: docs/engines.md, docs/engine-curves.md, the README and the home page.
+
+FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+); ([^;]+); (\w+) -->")
+"""A number, its unit, and a comment with scene, engine and column of beside.csv that it is taken from."""
+UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "um": 1e6, "m": 1.0}
+SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
+WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
+OURS, OTHER = "amontons, 1e-6", "MuJoCo"
+
+
+def with_figures(text: str, rows: Rows) -> str:
+    """The text with the numbers before such comments as they are in the rows, at the time step of the
+    scene."""
+    known = {(r["scene"], r["engine"]): r for r in rows if r["steps_per_dt"] == "1"}
+
+    def renewed(found: re.Match[str]) -> str:
+        _, unit, scene, engine, column = found.groups()
+        value = digits(known[scene, engine][column], UNITS[unit])
+        return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
+
+    return FIGURE.sub(renewed, text)
+
+
+def numbers(r: Results, benchmarks: str, engines: str) -> str:
+    """The four figures of the home page and of the README; the links lead to the pages of these names."""
+    beside = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
+    creep, theirs = (digits(beside[SLOPE, engine]["creep"], 1e3) for engine in (OURS, OTHER))
+    step, their_step = (digits(beside[ROBOT, engine]["step"], 1e6) for engine in (OURS, OTHER))
+    wall = next(row for row in r["simulation"] if row["name"] == WALL)
+    files = accuracy(r["files"], "coulomb", 1e-4)
+    solved = sum(float(row["residual"]) <= 1e-4 for row in files)
+    versions = ", ".join(
+        f"{e} {beside[SLOPE, n]['version']}" for e, n in (("amontons", OURS), ("MuJoCo", OTHER))
+    )
+    lines = [
+        f"**{creep} mm/s** creep of a cube at 0.99 of the angle at which it slides; MuJoCo, defaults:"
+        f" {theirs} mm/s ([engines]({engines}))",
+        f"**{step} µs** per step of a standing robot with four legs; MuJoCo, defaults: {their_step} µs"
+        f" ([engines]({engines}); measured with {versions}, {beside[SLOPE, OURS]['date']})",
+        f"**{1e3 * float(wall['step']):.0f} ms** per step of {1e3 * float(wall['dt']):.0f} ms of a wall of"
+        f" 750 bricks under impact, {float(wall['contacts']):.0f} contacts, on one core, to a residual of"
+        f" {float(wall['tolerance']):g} ([benchmarks]({benchmarks}))",
+        f"**{solved} of {len(files)}** contact problems of other engines are solved to a residual of 0.0001,"
+        f" with Coulomb's law ([benchmarks]({benchmarks}))",
+    ]
+    return "\n".join(f"- {line}" for line in lines)
+
+
+def best(rows: Rows) -> Row | None:
+    """The finished row with the least error; the cheaper one of two that are below 1 nm."""
+    done = [row for row in rows if finished(row)]
+    return min(done, key=lambda row: (max(error(row), 1e-9), float(row["cost"])), default=None)
+
+
+def summary_table(beside: Rows, only: Sequence[str] = ()) -> str:
+    """A scene a row, an engine a column: the least error over its settings and steps, and its cost."""
+    families = list(dict.fromkeys(row["family"] for row in beside))
+    lines = []
+    for case in dict.fromkeys(row["case"] for row in beside if not only or row["scene"] in only):
+        cells = [case]
+        for family in families:
+            mine = [row for row in beside if (row["case"], row["family"]) == (case, family)]
+            found = best(mine)
+            if found is None:
+                cells.append("not finished" if mine else "")
+                continue
+            off = error(found)
+            cells.append(("< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(str(off), 1e3))
+                         + f"; {digits(found['cost'], 1e3)}")  # fmt: skip
+        lines.append(cells)
+    return table(("scene: error (mm); ms per simulated second", *map(label, families)), lines)
+
+
+SETTINGS: dict[str, Spec] = {
+    "setting, with its manual": lambda row: f"[{row['engine']}]({row['manual']})", "version": "version",
+    "options": lambda row: f"`{row['options']}`" if row["options"] else "defaults",
+}  # fmt: skip
+"""What each engine was given, and the page of its manual."""
+
+
+def solver_table(rows: Rows) -> str:
+    """A solver a line, for files and steps, a number per tolerance: the problems solved by each measure, and
+    the time over ours where both solve."""
+    ours = {(row["file"], row["tolerance"]): row for row in rows if row["solver"] == "amontons"}
+    kinds = [{"kind": "steps" if row["file"].startswith("step ") else "files", **row} for row in rows]
+    lines = []
+    for (kind, solver), own in grouped(kinds, "kind", "solver").items():
+        cells = []
+        for (tolerance,), mine in grouped(own, "tolerance").items():
+            answered = [row for row in mine if row["time"]]
+            by_ours, by_theirs = (
+                sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
+            )
+            ratios = [
+                float(row["time"]) / float(ours[row["file"], tolerance]["time"])
+                for row in answered
+                if row["solved"] == ours[row["file"], tolerance]["solved"] == "True"
+            ]
+            middle = digits(str(median(ratios)), 1) if ratios else "-"
+            faster = f"{sum(ratio < 1 for ratio in ratios)} of {len(ratios)}"
+            cells.append((f"{by_ours}", f"{by_theirs}", f"{len(mine) - len(answered)}", middle, faster))
+        lines.append((f"{len(mine)} {kind}", solver, *map(", ".join, zip(*cells, strict=True))))
+    header = ("problems", "solver", "solved, by our residual", "solved, by Siconos' error", "without answer",
+              "median time over ours", "faster than ours")  # fmt: skip
+    return table(header, lines)
+
+
+def load(beside: Rows) -> str:
+    """On what machine the times were measured, and what ran beside."""
+    machines = ", ".join(dict.fromkeys(row["machine"] for row in beside))
+    loads = [float(row["load"]) for row in beside]
+    programs = f"{median(loads):.2g} programs at work (median), {max(loads):.2g} at most"
+    return f"Times: one core of an {machines}; {programs}. On an idle machine it is one or two."
+
+
+def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
+    """The slope of log(time of a step) over log(size) by least squares."""
+    points = [(math.log(float(r["size"])), math.log(float(r["step"]))) for r in rows if r["step"] != ""]
+    return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
+
+
+def growth_table(r: Results) -> str:
+    """A line per family, a column per engine: the exponent of the time of a step over the size."""
+    found = {key: f"{exponent(rows):z.2f}" for key, rows in grouped(r["growth"], "family", "engine").items()}
+    families, engines = (list(dict.fromkeys(names)) for names in zip(*found, strict=True))
+    rows = [(family, *(found.get((family, engine), "") for engine in engines)) for family in families]
+    return table(("family", *engines), rows)
+
+
+BUDGETS: dict[str, Spec] = {
+    "scene": "scene", "a step has (ms)": "limit ms",
+    "in time": lambda row: f"{row['in_time']} of {row['times']}", "latest (ms)": "late_worst x1e3",
+    "contacts": "most_contacts", "iterations": "iterations_median x1",
+    "median residual": "residual_median .1e", "overlap (mm)": "penetration x1e3",
+    "joints apart (mm)": "joint_gap x1e3", "energy gained (J)": "energy_gain x1", "such steps": "unbalanced",
+}  # fmt: skip
+
+
+def curves(r: Results, link: str) -> str:
+    """What docs/engine-curves.md shows."""
+    beside = r["beside"]
+    settings = list({row["engine"]: row for row in beside}.values())
+    parts = ["## Least error of each engine", r.origin("beside"), load(beside), summary_table(beside)]
+    parts += ["## Settings", view(settings, SETTINGS)]
+    if solvers := r["solvers"]:
+        asked = "Numbers are for 1e-4, 1e-6 and 1e-8."
+        parts += ["## Solvers, table", f"{r.origin('solvers')}. {asked}", solver_table(solvers)]
+    parts += ["## Growth, table", r.origin("growth"), growth_table(r)]
+    parts += [f"[Times of a step by size]({link}/growth.csv)."]
+    if budgets := r["budgets"]:
+        parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
+    return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
+
+
+# docs/measured.md.
+
+
+def errors(row: Row) -> str:
+    return f"{float(row['position_percent']):.1f} / {float(row['angle_deg']):.1f}"
+
+
+def tosses(rows: Rows) -> str:
+    """One line for each engine, scale and coefficients; errors over steps per sample."""
+    parts = []
+    for (scale,), own in grouped(rows, "scale").items():
+        lines = []
+        for (engine,), mine in grouped(own, "engine").items():
+            given = {r["steps_per_sample"]: r for r in mine if r["coefficients"] == "given"}
+            held = {r["coefficients"]: r for r in mine}
+            fitted = held["fitted, held out"]
+            values = (short(fitted[key]) for key in ("friction", "restitution") if fitted[key] != "")
+            lines.append([
+                engine, *(errors(given[k]) if k in given else "" for k in ("1", "2", "4", "8")),
+                errors(held["given, held out"]), errors(fitted), ", ".join(values),
+            ])  # fmt: skip
+        header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
+        title = "Lengths as tracked" if scale == "as tracked" else "Lengths corrected by 2.2 %"
+        parts.append(f"{title}, % of the width / deg:\n\n{table(header, lines)}")
+    return "\n\n".join([*parts, f"Other coefficients, 1 step, as tracked:\n\n{varied(rows)}"])
+
+
+def varied(rows: Rows) -> str:
+    """Errors of coefficients beside those of the given ones."""
+    own = [row for row in rows if row["scale"] == "as tracked" and row["steps_per_sample"] == "1"]
+    kinds = [kind for kind in dict.fromkeys(row["coefficients"] for row in own) if "held out" not in kind]
+    found = {(row["engine"], row["coefficients"]): errors(row) for row in own}
+    engines = dict.fromkeys(row["engine"] for row in own)
+    lines = [[engine, *(found.get((engine, kind), "") for kind in kinds)] for engine in engines]
+    return table(("engine", *kinds), lines)
+
+
+GROUPS = {
+    "Pos": "positions (m)",
+    "Vel": "velocities (m/s)",
+    "Rforce": "forces (N)",
+    "Rtorque": "torques (N m)",
+}
+
+
+def adams(rows: Rows) -> str:
+    """Cases that miss a target: the worst of each group of quantities at each step; and how many meet it."""
+    lines = []
+    missed = {row["case"] for row in rows if row["met"] == "no"}
+    shown = [row for row in rows if row["case"] in missed]
+    for (case, dt), group in groupby(shown, key=lambda row: (row["case"], row["dt_ms"])):
+        own = list(group)
+        line = [case.replace("_", " "), short(dt), short(own[0]["their_step_ms"])]
+        for start in GROUPS:
+            mine = [r for r in own if r["quantity"].startswith(start)]
+            worst = max(mine, key=lambda r: float(r["rms"]), default=None)
+            line.append(f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no") if worst else "")
+        lines.append(line)
+    counts = []
+    for dt, what in (
+        ("5", "5 ms: positions 1e-3 m, reactions 0.1 %"),
+        ("0.5", "0.5 ms: Chrono's tolerances"),
+    ):
+        at = [r for r in rows if short(r["dt_ms"]) == dt and r["met"]]
+        for start, name in (("Pos", "positions"), ("Vel", "velocities"), ("R", "reactions")):
+            if mine := [r for r in at if r["quantity"].startswith(start)]:
+                counts.append([what, name, f"{sum(r['met'] == 'yes' for r in mine)} of {len(mine)}"])
+    cases = table(("case", "step (ms)", "theirs (ms)", *GROUPS.values()), lines)
+    return f"{cases}\n\n{table(('target', 'quantities', 'met'), counts)}"
+
+
+IMPACTS: dict[str, Spec] = {
+    "law": "law", "inertia": "inertia_over_homogeneous ~3", "friction": "friction ~3",
+    "restitution": "restitution ~3", "median error (%)": "median_percent .1f", "mean (%)": "mean_percent .1f",
+}  # fmt: skip
+DAMPER: dict[str, Spec] = {
+    "test": "test", "model": "model", "friction (kN)": lambda r: f"{float(r['friction_N']) / 1e3:.1f}",
+    "play (mm)": "play_mm ~3", "error (%)": "rms_error_percent .0f",
+    "scatter of cycles (%)": "scatter_percent .0f",
+}  # fmt: skip
+ASSEMBLIES: dict[str, Spec] = {
+    "assembly": "assembly ~3", "blocks": "blocks ~3", "friction": "friction ~3", "theirs": "theirs ~3",
+    "verdict": "verdict ~3", "needs friction, prestressed": "needed_with_prestress ~3",
+    "placed freely": "needed ~3", "simulation": "in_time ~3", "rigid contacts": "rigid_in_time ~3",
+}  # fmt: skip
+CLOSED_FORMS: dict[str, Spec] = {"case": "assembly", "published": "theirs ~4", "ours": "verdict ~4"}
+CLEARANCES: dict[str, Spec] = {
+    "step (ms)": "step_ms ~4", "touches": "touches ~4", "largest across (mm)": "largest_across_mm ~4",
+    "energy lost (%)": "energy_lost_percent ~4", "apart along (mm)": "rms_along_mm ~4",
+    "apart across (mm)": "rms_across_mm ~4",
+}  # fmt: skip
+FOUR_BAR: dict[str, Spec] = {
+    "step (ms)": "step_ms ~3", "crank (mrad)": "rms_crank_mrad ~3", "coupler (mrad)": "rms_coupler_mrad ~3",
+    "rocker (mrad)": "rms_rocker_mrad ~3", "largest (mrad)": "largest_mrad ~3",
+    "deepest in a bearing (mm)": "deepest_mm ~3",
+}  # fmt: skip
+
+
+def masonry(rows: Rows) -> str:
+    files, others = ([r for r in rows if bool(r["blocks"]) == wanted] for wanted in (True, False))
+    return view(files, ASSEMBLIES) + "\n\n" + view(others, CLOSED_FORMS)
+
+
+AGAINST: dict[str, Callable[[Rows], str]] = {
+    "tosses": tosses, "adams": adams, "impacts": lambda rows: view(rows, IMPACTS),
+    "damper": lambda rows: view(rows, DAMPER), "masonry": masonry,
+    "clearances": lambda rows: view(rows, CLEARANCES), "four_bar": lambda rows: view(rows, FOUR_BAR),
+}  # fmt: skip
+"""The parts of docs/measured.md: measured_NAME.csv as a table."""
+
+
+# Documents.
+
+
+def renew(document: str, mark: str, body: str) -> None:
     """Replaces what stands between the markers of a document."""
-    begin, end = (f"<!-- {mark or MARKS[document]}: {edge} -->" for edge in ("begin", "end"))
-    before, rest = document.read_text().split(begin, 1)
+    path = ROOT / document
+    begin, end = (f"<!-- {mark}: {edge} -->" for edge in ("begin", "end"))
+    before, rest = path.read_text().split(begin, 1)
     _, after = rest.split(end, 1)
-    document.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
+    path.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
 
 
-def write(folder: Path, *, docs: bool) -> list[Path]:
-    """Writes the page of a folder of results and, if asked, the tables of the documentation."""
+def renew_measured(folder: Path) -> None:
+    """Writes the tables of measurements of a folder of results into docs/measured.md."""
     results = Results(folder)
-    inside = folder.resolve().is_relative_to(ROOT)
-    path = folder / "README.md"
-    path.write_text(page(results, Path(os.path.relpath(DOCS, folder)).as_posix() if inside else DOCS.name))
-    if not docs:
-        return [path]
-    for document, make in ((DOCS, summary), (README, measured), (CHOOSING, choosing_table), (CURVES, curves)):
-        renew(document, make(results, Path(os.path.relpath(path, document.parent)).as_posix()))
-    renew(CHOOSING, profile_table(results), PROFILE)
-    renew(README, summary_table(results, SHOWN_BESIDE), "beside")
-    renew(README, numbers(results, "docs/benchmarks.md", "docs/engines.md"), "numbers")
-    renew(HOME, numbers(results, "benchmarks.md", "engines.md"), "numbers")
-    for document in WITH_FIGURES:
-        document.write_text(with_figures(document.read_text(), results.beside))
-    return [path, *MARKS]
+    for name, make in AGAINST.items():
+        if rows := results[f"measured_{name}"]:
+            renew("docs/measured.md", name, f"{results.origin(f'measured_{name}')}.\n\n{make(rows)}")
+
+
+def renew_documents(folder: Path) -> None:
+    """Writes the tables of a folder of results into all documents."""
+    r = Results(folder)
+    for document, mark, make in (
+        ("docs/benchmarks.md", "results", summary),
+        ("README.md", "measured", measured),
+        ("docs/choosing.md", "methods", choosing_table),
+        ("docs/engine-curves.md", "engines", curves),
+    ):
+        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
+        renew(document, mark, make(r, link))
+    renew("docs/choosing.md", "profile", profile_table(r))
+    renew("README.md", "beside", summary_table(r["beside"], SHOWN_BESIDE))
+    renew("README.md", "numbers", numbers(r, "docs/benchmarks.md", "docs/engines.md"))
+    renew("docs/index.md", "numbers", numbers(r, "benchmarks.md", "engines.md"))
+    beside = r["beside"]
+    for document in (ROOT / "docs").glob("*.md"):
+        text = document.read_text()
+        if FIGURE.search(text):
+            document.write_text(with_figures(text, beside))
+    renew_measured(folder)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--docs", action="store_true", help="renew the tables of the documents too")
+    parser.add_argument("--docs", action="store_true", help="renew the tables of the documents")
     options = parser.parse_args()
-    for written in write(options.folder.resolve(), docs=options.docs):
-        print(written)
+    print(targets(Results(options.folder)))
+    if options.docs:
+        renew_documents(options.folder.resolve())

@@ -8,8 +8,34 @@ in a process of its own with a limit of wall clock, prints a table, and writes r
 of the data folder's own, without options, also robots_2ms.csv, the same with a step of 2 ms.
 With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
 row per model in robots_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the
-work of their steps is counted: robots_fall.csv. docs/benchmarks.md tells what the columns mean. Speeds are
-comparable with --jobs 1 only.
+work of their steps is counted: robots_fall.csv. Speeds are comparable with --jobs 1 only.
+
+Columns of robots.csv:
+- not_read: elements that the loader left out; outcome: a refusal, or a run that did not end.
+- contacts, missed: largest number; steps whose residual stayed above the tolerance, also in percent.
+- penetration_start, penetration: deepest in the first 0.2 s, and after it (m).
+- energy_gain: largest excess of the energy of a step (kinetic with armatures, gravity, springs) over the
+  energy of the last step plus the work of motors and moving surfaces. Blank where kinematic bodies drive,
+  or where soft contacts and tendons store energy. energy_gain_relative: the larger of this and of
+  energy_balance over weight times Model.length plus the largest kinetic energy. energy_lift: energy (J)
+  that the correction of positions adds for bodies that start inside each other or beyond their limits.
+  energy_rise: above the lowest value.
+- joint_error: largest after the first 0.2 s; angles are multiplied by Model.length.
+- free: largest distance of bases and end effectors from MuJoCo's after 0.5 s at 2 ms, rotations times
+  Model.length added. Contacts, limits and dry friction are off on both sides; equalities are closed at the
+  start. All joints have an initial velocity and all actuators a control. MuJoCo uses its implicit
+  integrator at 0.25 ms. free_in_errors: over the error of the step, the larger of ours (twice the change
+  when the step is halved) and MuJoCo's.
+- motion: the same with contacts, limits and MuJoCo's integrator as in the file, both at 2 ms. Falling
+  robots are chaotic, so this is not expected to be small.
+- step_median, longest_in_medians: processor time of a step, or its wall-clock time in a second run,
+  whichever is shorter. longest, longest_again: that processor time and that wall-clock time.
+- keyframe_in_lengths: largest distance of bodies and links from MuJoCo's. keyframe_missed_percent: in 0.1
+  s after.
+- driven_...: one second with random controls, or with random targets in half of their range for a servo on
+  every joint if there are no actuators (of the inertia that it moves, 20 rad/s, critically damped).
+- steps_per_second: the first run repeated in a bare loop, in processor time; mujoco_...: with the file's
+  step.
 """
 
 from __future__ import annotations

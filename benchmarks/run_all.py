@@ -1,9 +1,9 @@
-"""Runs every benchmark in turn and writes its results as CSV files and one Markdown page.
+"""Runs every benchmark in turn and writes its results as CSV files.
 
     python benchmarks/run_all.py [--quick] [--data FOLDER] [--out FOLDER] [--figures FOLDER] [--build FOLDER]
 
-The results go to benchmarks/results/processor, the figures to docs/figures, and docs/benchmarks.md and
-README.md get the new tables. With --quick, which takes a sample of everything, or without the data, all of it
+The results go to benchmarks/results/processor, the figures to docs/figures, and the documents get the new
+tables. With --quick, which takes a sample of everything, or without the data, all of it
 goes to out/bench; with --out to that folder.
 """
 
@@ -22,7 +22,6 @@ from time import perf_counter
 
 import report
 from common import ROOT, arguments, processor, read_csv, with_folders, write_csv
-from reports.measured import renew
 
 HERE = Path(__file__).resolve().parent
 PARTS = (
@@ -131,10 +130,9 @@ def main() -> int:
         "make bench" if options.complete else "python benchmarks/run_all.py" + " --quick" * options.quick
     )
     write_csv(options.out / "environment.csv", environment(options.build, command))
-    for path in report.write(options.out.resolve(), docs=options.complete and not failed):
-        print(path)
     if options.complete and not failed:
-        renew(options.out)
+        report.renew_documents(options.out.resolve())
+    print(report.targets(report.Results(options.out)))
     print(f"{perf_counter() - start:.0f} s in all" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return bool(failed)
 

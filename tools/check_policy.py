@@ -31,14 +31,17 @@ from duplicates import without_comments
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = (
     "multibody/step",
+    "multibody/joints",
+    "multibody/contacts",
     "multibody/trees",
     "solvers/second_order",
     "solvers/direct",
     "solvers/central_path",
     "solvers/choice",
 )
-LIMIT = 88
-"""of all rooms together; it only falls, but for a room that comes with the numbers that it has."""
+LIMIT = 107
+"""of all rooms together; it only falls, but for a room that comes with the numbers that it has. Six rooms had
+88; joints and contacts came with 19, of 42 that stood in their code."""
 BASES = ("include/amontons", "src")
 POLICY, NAMES = "policy.hpp", "policy.cpp"
 

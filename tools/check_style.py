@@ -1,9 +1,5 @@
-"""Measures functions, comments and duplicates of the sources, and prints what lies beyond the limits.
+"""Measures functions, comments and duplicates of the sources, and prints what lies beyond the limits."""
 
-`--write` also renews the figures between the markers of CONTRIBUTING.md.
-"""
-
-import argparse
 import math
 import re
 import sys
@@ -24,7 +20,6 @@ BOILERPLATE: dict[tuple[str, str], str] = {
     ("python/amontons/problem/problem", "python/amontons/problem/problem"): "solve() as function and method",
     ("python/amontons/problem/operators", "python/amontons/problem/operators"): "arrays of the bindings",
 }
-BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
 
 
 @dataclass(frozen=True)
@@ -118,49 +113,18 @@ def duplicate_faults(pairs: Sequence[Pair], boilerplate: dict[tuple[str, str], s
         yield f"tools/check_style.py: BOILERPLATE lists {a} and {b}, which no longer agree; remove it"
 
 
-def table(kinds: dict[str, list[Function]], core: Text, pairs: int) -> str:
-    rows = [
-        "| | Functions | Lines p50 | p90 | longest | Complexity, largest |",
-        "|---|---|---|---|---|---|",
-    ]
-    for kind, found in kinds.items():
-        lines = [f.lines for f in found]
-        most = max((f.complexity for f in found), default=0)
-        p50, p90, longest = (quantile(lines, q) for q in (0.5, 0.9, 1))
-        rows.append(f"| {kind} | {len(found)} | {p50} | {p90} | {longest} | {most} |")
-    comments = f"{core.share:.1%} of the lines are comments (at least {COMMENTS:.0%})"
-    rows += [
-        f"| at most | | | {P90} | {LONGEST} | {COMPLEXITY} |",
-        "",
-        f"C++ core (`include`, `src`): {core.code} lines of code; {comments},",
-        f"not counting the {core.trailing} that stand behind code. Duplicate runs: {pairs}.",
-    ]
-    return "\n".join(rows)
-
-
-def write(figures: str, document: Path) -> None:
-    before, rest = document.read_text().split(BEGIN)
-    document.write_text(f"{before}{BEGIN}\n{figures}\n{END}{rest.split(END)[1]}")
-
-
-def measure(root: Path, boilerplate: dict[tuple[str, str], str] = BOILERPLATE) -> tuple[str, list[str]]:
-    """The figures, and what is beyond the limits."""
+def measure(root: Path, boilerplate: dict[tuple[str, str], str] = BOILERPLATE) -> list[str]:
+    """What lies beyond the limits."""
     cpp, python = sources(root, CPP), sources(root, PYTHON)
     kinds = {"C++": functions(root, cpp), "Python": functions(root, python)}
-    core, pairs = measure_text(sources(root, CORE)), find(root, cpp + python)
     faults = [fault for kind, found in kinds.items() for fault in function_faults(kind, found)]
-    repeated = list(duplicate_faults(pairs, boilerplate))
-    return table(kinds, core, len(repeated)), [*faults, *text_faults(core), *repeated]
+    faults += text_faults(measure_text(sources(root, CORE)))
+    return [*faults, *duplicate_faults(find(root, cpp + python), boilerplate)]
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", action="store_true", help="renew the figures in CONTRIBUTING.md")
-    figures, faults = measure(ROOT)
-    print(figures)
-    if parser.parse_args().write:
-        write(figures, ROOT / "CONTRIBUTING.md")
-    print("\n".join(["", *faults] if faults else ["", "style holds"]))
+    faults = measure(ROOT)
+    print("\n".join(faults or ["style holds"]))
     return bool(faults)
 
 

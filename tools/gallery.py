@@ -1,6 +1,7 @@
 """Draws docs/gallery.md and its pictures: python tools/gallery.py [--replays] [NAME ...]
 
-Robots first, then a picture per scene of `amontons.scenes`, at a moment where one sees what it is about. The
+Robots first, then the recipes, then a picture per scene of `amontons.scenes`, at a moment where one sees what
+it is about. The
 ground is transparent. Joints are drawn, and the path of a point where that is the matter. The page lists all,
 with the command that runs it. With --replays each is recorded instead, and becomes a page with a play bar in
 out/replays. Those that are there are kept, so that `make docs` makes what is missing. They are about a
@@ -10,7 +11,6 @@ megabyte each, so that the repository does not hold them.
 import argparse
 import contextlib
 import importlib.util
-import io
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,13 +19,13 @@ from typing import Any
 
 import amontons
 import numpy as np
+import recipes
 from amontons import Simulation, scenes
 from amontons.report.batches import turned
 from amontons.report.force_lines import line_rows
 from amontons.report.picture import NO_LINES, Frame, Picture, View, frame_of
-from cutout import cutout
+from cutout import cutout, saved
 from numpy.typing import NDArray
-from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "figures" / "gallery"
@@ -139,9 +139,10 @@ ROBOTS: dict[str, tuple[Callable[[], Simulation], Moment, str]] = {
 SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
 HEAD = """# Gallery
 
-Robots first, then every scene of `amontons.scenes`, a moment of each. [Scenes](scenes.md) has their
-parameters. `amontons view NAME` plays any scene in the browser. Hinges have pins, strings and rods
-are lines, and an orange line is the path of a point. Drawn by [tools/gallery.py](../tools/gallery.py).
+Robots, [recipes](#recipes) of mechanisms, and every scene of `amontons.scenes`, a moment of each.
+[Scenes](scenes.md) has their parameters. `amontons view NAME` plays any scene in the browser. Hinges have
+pins, strings and rods are lines, and an orange line is the path of a point. Drawn by
+[tools/gallery.py](../tools/gallery.py).
 """
 
 
@@ -192,16 +193,6 @@ def _path(points: list[NDArray[np.float64]], width: float) -> NDArray[np.float64
     )
 
 
-def saved(image: Image.Image, path: Path) -> None:
-    """Writes a picture in 64 colours, which takes a third of the bytes."""
-    buffer = io.BytesIO()
-    few = image.quantize(64, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    few.save(buffer, "PNG", optimize=True)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(buffer.getvalue())
-    print(f"{path.stem}: {len(buffer.getvalue()) // 1024} KB")
-
-
 def replay(name: str) -> None:
     """Records a scene for twice the time of its picture and makes a page of it; one more of FORCES, with the
     force network."""
@@ -242,32 +233,39 @@ def command(name: str) -> str:
     return f"amontons run {name}{words} --duration {moment.seconds:g}"
 
 
-def card(name: str, says: str, how: str) -> str:
-    return f"-   ![{name}](figures/gallery/{name}.png)\n\n    **{name}**\n\n    {says}\n\n    `{how}`\n"
+def card(name: str, says: str, how: str, folder: str = "gallery") -> str:
+    return f"-   ![{name}](figures/{folder}/{name}.png)\n\n    **{name}**\n\n    {says}\n\n    `{how}`\n"
 
 
 def page() -> str:
-    """The page, from the lists of robots and scenes and what each says of itself."""
+    """The page, from the lists of robots, recipes and scenes and what each says of itself."""
     robots = [card(name, str(start.__doc__), how) for name, (start, _, how) in ROBOTS.items()]
+    mechanisms = [
+        card(name, recipes.says(name), f"python examples/recipes/{name}.py", "recipes")
+        for name in recipes.EYES
+    ]
     made = [
         card(name, (scenes.get(name).make.__doc__ or "").strip().split("\n")[0], command(name))
         for name in scenes.names()
     ]
     grid = '\n<div class="grid cards" markdown>\n\n{}\n</div>\n'
-    parts = (grid.format("\n".join(cards)) for cards in (robots, made))
-    return "{}\n## Robots\n{}\n## Scenes\n{}".format(HEAD, *parts)
+    first, second, third = (grid.format("\n".join(cards)) for cards in (robots, mechanisms, made))
+    return f"{HEAD}\n## Robots\n{first}\n## Recipes\n{recipes.HEAD}{second}\n## Scenes\n{third}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", choices=[[], *ROBOTS, *MOMENTS], metavar="NAME")
+    parser.add_argument("names", nargs="*", choices=[[], *ROBOTS, *recipes.EYES, *MOMENTS], metavar="NAME")
     parser.add_argument("--replays", action="store_true", help="pages with a play bar, in out/replays")
     options = parser.parse_args()
-    for name in options.names or [*ROBOTS, *scenes.names()]:
-        if name == "humanoid" and not importlib.util.find_spec("gymnasium"):
-            print("humanoid: left out, its file comes with Gymnasium")
-            continue
-        if not options.replays:
+    mechanisms = [] if options.replays else recipes.EYES
+    for name in options.names or [*ROBOTS, *mechanisms, *scenes.names()]:
+        needs = "coacd" if name in recipes.DECOMPOSED else "gymnasium" if name == "humanoid" else ""
+        if needs and not importlib.util.find_spec(needs):
+            print(f"{name}: left out, it needs the package {needs}")
+        elif name in recipes.EYES:
+            recipes.draw(name)
+        elif not options.replays:
             picture(name)
         elif options.names or not (REPLAYS / f"{name}.html").exists():
             replay(name)

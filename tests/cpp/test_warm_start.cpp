@@ -44,7 +44,8 @@ struct Pair {
   CarriedContact at(double x, double z) const {
     return {1, 0, inverse(frames[0].pose)(at(x).point), {0, 0, z}, {}};
   }
-  std::vector<double> normals(const std::vector<CarriedContact>& last, const std::vector<Contact>& now) const {
+  std::vector<double> normals(const std::vector<CarriedContact>& last,
+                              const std::vector<Contact>& now) const {
     std::vector<double> x0, z;
     warm_start_contacts(model, last, 1, frames, now, x0);
     for (std::size_t i = 0; i < x0.size(); i += 3) z.push_back(x0[i]);
@@ -137,7 +138,8 @@ TEST(each_pair_of_a_pile_finds_its_impulse) {
   sort_by_pair(now, keys, [](std::size_t i) { return i % 3 != 0; });
   for (const PairKey& key : keys) {
     if (!last.empty() && pair_of(last.back()) == key.pair) continue;
-    last.push_back({key.pair.first, key.pair.second, {}, {0, 0, 1.0 + key.pair.first + geoms * key.pair.second}, {}});
+    last.push_back(
+        {key.pair.first, key.pair.second, {}, {0, 0, 1.0 + key.pair.first + geoms * key.pair.second}, {}});
   }
   now.resize(now.size() - 6);  // one contact per pair
   std::vector<double> x0;

@@ -1,6 +1,7 @@
 """The scenes that other engines get from benchmarks/beside are ours, and so is what measures them."""
 
 import csv
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -423,18 +424,20 @@ def test_check_runs_suspects_again(monkeypatch, capsys):
     assert "4 times MuJoCo's time, it was 1.5" in capsys.readouterr().out
 
 
-# Breaks when figures in sentences of the pages are not those of the table that they name.
-@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "peers.md", "index.md"])
+# Breaks when figures in sentences of the pages are not those of the table that they name, or when a comment
+# has a bar: in a cell of a table it would end the cell.
+@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "index.md"])
 def test_figures_in_sentences_are_measured(page):
+    import report
     from common import RESULTS, read_csv
-    from reports import engines
 
     text = (Path(__file__).parents[2] / "docs" / page).read_text()
     table = read_csv(RESULTS / "beside" / "beside.csv")
     assert table
-    assert engines.with_figures(text, table) == text
+    assert report.with_figures(text, table) == text
+    assert not re.search(r"<!--[^>]*\|[^>]*-->", text)
     if page == "engines.md":
-        assert len(engines.FIGURE.findall(text)) > 10
+        assert len(report.FIGURE.findall(text)) > 10
 
 
 # Breaks when the committed table holds a tuned setting that does nothing, or a row without version or manual.
@@ -508,7 +511,7 @@ def test_late_solvers_have_blank_rows(tmp_path):
 
 # Breaks when an exponent is another than the slope of a power law.
 def test_exponents_are_slopes():
-    import growth
+    import report
 
     law = [{"size": n, "step": 3e-6 * n**1.5} for n in (10, 20, 80)]
-    assert growth.exponent(law) == pytest.approx(1.5, rel=1e-9)
+    assert report.exponent(law) == pytest.approx(1.5, rel=1e-9)

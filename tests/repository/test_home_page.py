@@ -67,21 +67,20 @@ def test_two_clicks(site):
     wanted = ("install.html", "tutorials/first_scene.html", "tutorials/robots.html", "playground.html",
               "tutorials/contact_forces.html", "troubleshooting.html", "gallery.html")  # fmt: skip
     assert set(wanted) <= first
-    assert {"scenes.html", "models.html", "simulation.html", "limits.html"} <= second
+    assert {"scenes.html", "models.html", "simulation.html", "engines.html"} <= second
 
 
 # Breaks when the four figures of the home page or of the README are not those of the tables.
 @pytest.mark.parametrize("page", ["docs/index.md", "README.md"])
 def test_numbers_are_measured(root, page, monkeypatch):
     monkeypatch.syspath_prepend(root / "benchmarks")
-    from reports import home
-    from reports.targets import Results
+    import report
 
     text = (root / page).read_text()
     shown = re.search(r"<!-- numbers: begin -->(.*)<!-- numbers: end -->", text, re.DOTALL).group(1)
     inside = "docs/" if page == "README.md" else ""
-    results = Results(root / "benchmarks" / "results" / "processor")
-    assert shown.strip() == home.numbers(results, f"{inside}benchmarks.md", f"{inside}engines.md")
+    results = report.Results(root / "benchmarks" / "results" / "processor")
+    assert shown.strip() == report.numbers(results, f"{inside}benchmarks.md", f"{inside}engines.md")
     assert shown.count("**") == 8
 
 

@@ -3,17 +3,13 @@
 import importlib.metadata
 import json
 import re
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import amontons
 import check_reproducible
-import fitting_wheel
 import make_sbom
 import pytest
-from pip._vendor.packaging.tags import sys_tags
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = Path(amontons._core.__file__)
@@ -97,34 +93,6 @@ def test_module_names_no_folder():
     data = MODULE.read_bytes()
     assert str(ROOT).encode() not in data
     assert b"site-packages" not in data
-
-
-def wheel(folder, version, tag):
-    path = folder / f"amontons-{version}-{tag}.whl"
-    path.touch()
-    return path
-
-
-# Breaks when `make demo` takes a wheel of another version, system or Python, or compiles although one fits.
-def test_wheel_that_fits_is_found(tmp_path):
-    version = importlib.metadata.version("amontons")
-    best, *_, last = (tag for tag in sys_tags() if tag.platform != "any")
-    wheel(tmp_path, version, "cp311-cp311-plan9_68k")
-    wheel(tmp_path, "99.0", best)
-    (tmp_path / "notes.whl").touch()
-    assert fitting_wheel.fitting(tmp_path) is None
-    second = wheel(tmp_path, version, last)
-    assert fitting_wheel.fitting(tmp_path) == second
-    first = wheel(tmp_path, version, best)
-    assert fitting_wheel.fitting(tmp_path) == first
-
-
-# Breaks when the program, which make calls, prints something where there is no wheel.
-def test_without_a_wheel_nothing_is_printed(tmp_path):
-    done = subprocess.run(
-        [sys.executable, ROOT / "tools" / "fitting_wheel.py", tmp_path], capture_output=True, check=False
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (1, b"", b"")
 
 
 def archive(path, date, content):

@@ -23,7 +23,7 @@ PARTS = {
 class Coordinate:
     """One elementary joint between two bodies: a hinge, a slide, a ball, or none (a floating base).
 
-    docs/simulation.md says what its entries of q and qd mean.
+    docs/state.md says what its entries of q and qd mean.
     """
 
     name: str

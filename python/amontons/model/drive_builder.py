@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..checks import Numbers, about, number, one_or_two, sequence, shown, vector3
+from ..checks import Numbers, Vector3, about, number, one_or_two, sequence, shown, vector3
 from ..errors import InputError
 from ..guidance import guided
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
 from .joint_options import Limits, bounds
-from .parts import OWN, WORLD
+from .parts import OWN, WORLD, Joint
 from .transforms import IDENTITY, Transform
 
 Joints = Mapping[int | str, float] | Sequence[TendonTerm]
@@ -22,10 +22,37 @@ Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 @guided
 class DriveBuilder(JointBuilder):
-    """Builder functions for tendons and actuators."""
+    """Builder functions for tendons and actuators, and for parts as a whole."""
 
     _tendons: list[Tendon]
     _actuators: list[Actuator]
+
+    def add(self, part: Joint | Tendon | Actuator) -> int:
+        """Add a joint, tendon or actuator as a whole and return its index.
+
+        Bodies, joints and tendons in it are indices or names. A part without a name gets one.
+
+        >>> builder = ModelBuilder()
+        >>> arm = builder.add_body("arm", shape=shapes.Capsule(0.02, 0.3), mass=1)
+        >>> hinge = builder.add(Joint("elbow", body_a="arm", body_b="world", dofs=[Dof()]))
+        >>> drive = builder.add(parts.Actuator("drive", parts.Transmission(joint="elbow", gear=50)))
+        >>> builder.build().actuator_names
+        ('drive',)
+        """
+        if isinstance(part, Joint):
+            return self.add_joint(part)
+        if isinstance(part, Tendon):
+            name = self._new_name("tendon", part.name or None)
+            with about(f'tendon "{name}"'):
+                terms, path = map(self._term, part.terms), map(self._stop, part.path)
+                tendon = replace(part, name=name, terms=tuple(terms), path=tuple(path))
+            return self._append("tendon", self._tendons, tendon)
+        if not isinstance(part, Actuator):
+            raise InputError(f"add: {shown(part)} is no part; give a Joint, Tendon or Actuator")
+        name = self._new_name("actuator", part.name or None)
+        with about(f'actuator "{name}"'):
+            actuator = replace(part, name=name, transmission=self._placed(part.transmission))
+        return self._append("actuator", self._actuators, actuator)
 
     def add_tendon(
         self,
@@ -60,47 +87,30 @@ class DriveBuilder(JointBuilder):
         if (joints is None) == (path is None):
             raise InputError(f"{who}: give either joints with coefficients or a path")
         with about(who):
-            rests = one_or_two("rest", rest)
             lower, upper = bounds((None, None) if limits is None else limits)
+            rest_lower, rest_upper = one_or_two("rest", rest)
             tendon = Tendon(
                 name,
-                self._terms(() if joints is None else joints),
-                tuple(self._stop(stop) for stop in sequence("path", path if path is not None else ())),
+                _terms(() if joints is None else joints),
+                tuple(map(_element, sequence("path", () if path is None else path))),
                 lower,
                 upper,
                 stiffness,
-                *rests,
+                rest_lower,
+                rest_upper,
                 damping,
                 friction,
                 armature,
                 closed,
             )
-        return self._append("tendon", self._tendons, tendon)
+        return self.add(tendon)
 
-    def _terms(self, joints: Joints) -> tuple[TendonTerm, ...]:
-        given = (
-            [TendonTerm(*item[:1], 0, item[1]) for item in joints.items()]
-            if isinstance(joints, Mapping)
-            else sequence("joints", joints)
-        )
-        terms = []
-        for term in given:
-            if not isinstance(term, TendonTerm):
-                raise InputError(f"joints has {shown(term)}; give {{joint: coefficient}} or TendonTerms")
-            index = self._index("joint", term.joint)
-            self._require_dof(index, term.dof)
-            terms.append(replace(term, joint=index))
-        return tuple(terms)
+    def _term(self, term: TendonTerm) -> TendonTerm:
+        index = self._index("joint", term.joint)
+        self._require_dof(index, term.dof)
+        return replace(term, joint=index)
 
-    def _stop(self, stop: Any) -> PathElement:
-        if not isinstance(stop, PathElement):
-            try:
-                body, position = stop
-            except (TypeError, ValueError):
-                raise InputError(
-                    f"path has {shown(stop)}; give (body, position in its frame), or a PathElement"
-                ) from None
-            stop = PathElement(body=body, frame=Transform(vector3("position", position)))
+    def _stop(self, stop: PathElement) -> PathElement:
         body, frame = self._carried(stop.body, stop.frame)
         side_body, at = self._carried(stop.side_body, Transform(stop.side or (0.0, 0.0, 0.0)))
         side = stop.side and at.position
@@ -145,50 +155,42 @@ class DriveBuilder(JointBuilder):
         which takes its place in the law.
         """
         name = self._new_name("actuator", name)
-        who = f'actuator "{name}"'
-        with about(who):
-            wrench = _wrench(position, orientation, force, torque, gear)
-            moved = self._transmission(transmission, joint, dof, tendon, body, wrench, gear)
-            limits = _limits(control=control_limits, force=force_limits, activation=activation_limits)
+        with about(f'actuator "{name}"'):
+            if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
+                raise InputError("give one of joint, tendon, body and transmission to act on")
+            if joint is not None:
+                transmission = Transmission("dof", joint=joint, dof=dof, gear=gear)
+            elif tendon is not None:
+                transmission = Transmission("tendon", tendon=tendon, gear=gear)
+            elif body is not None:
+                factor, frame = number("gear", gear), Transform.named("actuator", position, orientation)
+                pushed, turned = (_times(factor, *what) for what in (("force", force), ("torque", torque)))
+                transmission = Transmission(
+                    "wrench", body=body, frame=frame, force=pushed, torque=turned, own_axes=True
+                )
             actuator = Actuator(
                 name,
-                moved,
+                transmission,  # type: ignore[arg-type]
                 **_law(law, kp, kd, gain, bias),
                 control=control,
                 dynamics=dynamics,
                 time_constant=time_constant,
                 activation=activation,
-                **limits,
+                **_limits(control=control_limits, force=force_limits, activation=activation_limits),
             )
-        return self._append("actuator", self._actuators, actuator)
+        return self.add(actuator)
 
-    def _transmission(
-        self,
-        transmission: Transmission | None,
-        joint: int | str | None,
-        dof: int,
-        tendon: int | str | None,
-        body: int | str | None,
-        wrench: Transmission,
-        gear: float,
-    ) -> Transmission:
-        """Returns the transmission of an actuator for one kind of target."""
-        if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
-            raise InputError("give one of joint, tendon, body and transmission to act on")
-        if joint is not None:
-            index = self._index("joint", joint)
-            self._require_dof(index, dof)
-            return Transmission("dof", joint=index, dof=dof, gear=gear)
-        if tendon is not None:
-            return Transmission("tendon", tendon=self._index("tendon", tendon), gear=gear)
-        if body is not None:
-            index, frame = self._carried(body, wrench.frame)
-            return replace(wrench, body=index, frame=frame)
-        if not isinstance(transmission, Transmission):
-            raise InputError(f"transmission is {shown(transmission)}; give a Transmission")
-        index, frame = self._carried(transmission.body, transmission.frame)
-        other, reference = self._carried(transmission.reference_body, transmission.reference)
-        return replace(transmission, body=index, frame=frame, reference_body=other, reference=reference)
+    def _placed(self, t: Transmission) -> Transmission:
+        """The transmission with indices."""
+        if t.kind == "dof":
+            joint = self._index("joint", t.joint)
+            self._require_dof(joint, t.dof)
+            return replace(t, joint=joint)
+        if t.kind == "tendon":
+            return replace(t, tendon=self._index("tendon", t.tendon))
+        index, frame = self._carried(t.body, t.frame)
+        other, reference = self._carried(t.reference_body, t.reference)
+        return replace(t, body=index, frame=frame, reference_body=other, reference=reference)
 
     def _carried(self, body: int | str | None, frame: Transform) -> tuple[int, Transform]:
         """The body of what is on a body or link, by default the world, and its frame there."""
@@ -204,18 +206,31 @@ class DriveBuilder(JointBuilder):
         """The index of a thing given by index or name."""
 
 
-def _wrench(
-    position: Numbers,
-    orientation: Numbers,
-    force: Numbers,
-    torque: Numbers,
-    gear: float,
-) -> Transmission:
-    """The transmission of a thruster, to which the caller adds the body."""
-    gear = number("gear", gear)
-    parts = [tuple(gear * x for x in vector3(name, v)) for name, v in (("force", force), ("torque", torque))]
-    frame = Transform.named("actuator", position, orientation)
-    return Transmission("wrench", frame=frame, force=parts[0], torque=parts[1], own_axes=True)  # type: ignore[arg-type]
+def _terms(joints: Joints) -> tuple[TendonTerm, ...]:
+    if isinstance(joints, Mapping):
+        return tuple(TendonTerm(joint, 0, coefficient) for joint, coefficient in joints.items())
+    for term in (listed := sequence("joints", joints)):
+        if not isinstance(term, TendonTerm):
+            raise InputError(f"joints has {shown(term)}; give {{joint: coefficient}} or TendonTerms")
+    return tuple(listed)
+
+
+def _element(stop: Any) -> PathElement:
+    """An element of a path, or the point that a body and a position in its frame stand for."""
+    if isinstance(stop, PathElement):
+        return stop
+    try:
+        body, position = stop
+    except (TypeError, ValueError):
+        raise InputError(
+            f"path has {shown(stop)}; give (body, position in its frame), or a PathElement"
+        ) from None
+    return PathElement(body=body, frame=Transform(vector3("position", position)))
+
+
+def _times(factor: float, what: str, vector: Numbers) -> Vector3:
+    x, y, z = vector3(what, vector)
+    return factor * x, factor * y, factor * z
 
 
 def _limits(**pairs: Limits) -> dict[str, Any]:

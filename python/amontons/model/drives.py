@@ -26,7 +26,7 @@ class TendonTerm:
     """
 
     joint: int | str
-    """a name only in `ModelBuilder.add_tendon`"""
+    """a name only in `ModelBuilder.add`"""
     dof: int = 0
     coefficient: float = 1.0
 
@@ -47,7 +47,7 @@ class PathElement:
     around, or through, between the points before and after; a cylinder is about the frame's third axis and
     has no ends) | pulley (the tendon begins anew at the next point, and counts 1 / divisor from there on)"""
     body: int | str | None = WORLD
-    """a name, and None for the world, only in `ModelBuilder.add_tendon`"""
+    """a name, and None for the world, only in `ModelBuilder.add`"""
     frame: Transform = ORIGIN
     """in the body frame"""
     radius: float = 0.0
@@ -132,11 +132,11 @@ class Transmission:
     """dof (l = gear q) | tendon (l = gear times its length) | wrench (force and torque per unit of effort at
     the frame on a body, the opposite on the reference body) | slider_crank (a rod joins the origin of frame
     to a slider on the third axis of the reference frame: l = gear times its place there)"""
-    joint: int = -1
+    joint: int | str = -1
+    """names of joints, tendons and bodies, and None for the world, only in `ModelBuilder.add`"""
     dof: int = 0
-    tendon: int = -1
+    tendon: int | str = -1
     body: int | str | None = WORLD
-    """a name, and None for the world, only in `ModelBuilder.add_actuator`"""
     reference_body: int | str | None = WORLD
     frame: Transform = ORIGIN
     """in the body frame"""

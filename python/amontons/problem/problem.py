@@ -351,7 +351,7 @@ def solve(
     law: "coulomb", true Coulomb friction by the correction of De Saxce (1992); or "associated", the convex
         relaxation, in which sliding contacts separate with u_n = mu |u_t|.
     method: "auto" or one of `amontons.vi.methods()`. The result names the method that was used, and why.
-    x0: (m,) warm start (N s); used only where its residual is below that of the cold start.
+    x0: (m,) warm start (N s); used if its residual is at most three times the residual of x = 0.
     tolerance: natural residual to reach, relative to that of x = 0; zero runs to the limits.
     max_iterations: None for the method's own. deadline: wall clock (s), None for none.
     history: record every iteration. callback: called with an IterationRecord per iteration; a true result

@@ -61,7 +61,7 @@ def wrapped(method: OwnMethod) -> Callable[[_core.Problem, Array | None, _core.O
         try:
             x = method(problem, np.array(start), options)
         except Exception as error:
-            error.add_note(f"raised by method {name_of(method)} in a step, which was taken back")
+            error.add_note(f"raised by method {name_of(method)} in a step, which was undone")
             raise
         return np.ascontiguousarray(problem._to_core("x", _impulses(x, method, problem.rows)))
 

@@ -201,7 +201,7 @@ class Simulation:
 
     @property
     def contacts(self) -> Table:
-        """The contact points of the last step, a structured array with the fields of docs/simulation.md."""
+        """The contact points of the last step, a structured array with the fields of docs/contacts.md."""
         if self._contacts is None:
             self._contacts = contact_table(self._core, self._model)
         return self._contacts

@@ -33,7 +33,7 @@ CONTACTS = np.dtype(
         ("state", "U5"),
     ]
 )
-"""The fields of Simulation.contacts; docs/simulation.md says what they mean."""
+"""The fields of Simulation.contacts; docs/contacts.md says what they mean."""
 
 REACTIONS = np.dtype(
     [

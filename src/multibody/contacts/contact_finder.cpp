@@ -9,14 +9,12 @@
 
 #include "amontons/base/threads.hpp"
 #include "multibody/contacts/contact_law.hpp"
+#include "multibody/contacts/policy.hpp"
 #include "multibody/contacts/touch.hpp"
 
 namespace amontons {
 
 namespace {
-
-// Size (pairs): of the parts of a search that threads share. Colliding so many takes some 100 us.
-constexpr std::size_t pairs_per_part = 1024;
 
 // The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution moves
 // no point along its normal.
@@ -197,15 +195,15 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   place_geoms(reach);
   reach_out(reach);
   find_pairs(reach.model, fixed_);
-  const std::size_t parts = (pairs_.size() + pairs_per_part - 1) / pairs_per_part;
+  const std::size_t parts = (pairs_.size() + contacts::policy.part - 1) / contacts::policy.part;
   const unsigned threads = automatic_threads(reach.threads, parts);
   if (threads == 1) {
     collide_pairs(reach, pairs_, points_, contacts, kept_);
   } else {
     parts_.resize(parts);
     PoolLease(threads)->run(parts, [&](std::size_t k) {
-      const std::size_t first = k * pairs_per_part;
-      const std::size_t count = std::min(pairs_per_part, pairs_.size() - first);
+      const std::size_t first = k * contacts::policy.part;
+      const std::size_t count = std::min(contacts::policy.part, pairs_.size() - first);
       Part& part = parts_[k];
       collide_pairs(reach, std::span(pairs_).subspan(first, count), part.points, part.contacts, part.kept);
     });
@@ -253,23 +251,21 @@ void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Pas
   contacts.swap(found_);
 }
 
-// Both searches report overlaps above a tenth of the margin. Smaller ones are no error: contacts close gaps
-// to zero only within rounding and the tolerance.
+// Both searches report overlaps above the allowance.
 void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& contacts) {
-  const double allowance = reach.margin / 10;
+  const double allowance = contacts::policy.allowance * reach.margin;
   redundant_.call_in(reach, contacts);
   edges_.call_in(reach, contacts);
   find_missed(reach, allowance, contacts);
   find_overlaps(reach, allowance, contacts);
 }
 
-// Points within a thousandth of the margin are the same.
 bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
                              const std::vector<Contact>& contacts) const {
-  const double same = 1e-6 * reach.margin * reach.margin;
+  const double same = contacts::policy.same_point * reach.margin;
   const auto [first, last] = keys_of(by_pair_, pair_of(contact));
   return std::any_of(first, last, [&](const PairKey& key) {
-    return norm_squared(contacts[key.contact].point - contact.point) <= same;
+    return norm(contacts[key.contact].point - contact.point) <= same;
   });
 }
 
@@ -280,7 +276,8 @@ void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contact
   find_pairs(reach.model, fixed_);
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
   visit(reach, pairs_, points_, one_moves, [&](const Contact& contact, double closing) {
-    if (closing < -reach.margin / 10 && !is_known(reach, contact, contacts)) found_.push_back(contact);
+    if (closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts))
+      found_.push_back(contact);
   });
   contacts.insert(contacts.end(), found_.begin(), found_.end());
 }

@@ -14,7 +14,7 @@ namespace {
 bool is_anisotropic(const Material& m) { return m.friction_across >= 0 && m.friction_across != m.friction; }
 // Friction coefficient that stands for interlocking: a cone of half an angle of 89.94 degrees. In a wider
 // cone the normal impulse is lost in the rounding of its tangents, and a sticking body falls through.
-constexpr double roughest = 1e3;
+constexpr double roughest = 1e3;  // not tuned: rounding
 double at_most(double friction) { return std::min(friction, roughest); }
 double across(const Material& m) { return m.friction_across >= 0 ? m.friction_across : m.friction; }
 

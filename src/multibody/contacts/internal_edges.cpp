@@ -12,17 +12,19 @@
 #include <algorithm>
 
 #include "amontons/collision/narrow/extent.hpp"
+#include "multibody/contacts/policy.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Faces whose heights differ by less are level (m). It is far above the error of a resting body and far below
-// the purpose of a margin.
-double level_of(double margin) { return 0.01 * margin; }
+// Faces whose heights differ by less are level (m).
+double level_of(double margin) { return contacts::policy.level * margin; }
 
-// Cosine of 1e-4 rad: contacts that differ by less have the same normal.
-constexpr double coplanar = 1 - 5e-9;
+// Whether two normals of which this is the cosine are the same.
+bool are_same(double cosine) {
+  return cosine > 1 - 0.5 * contacts::policy.same_direction * contacts::policy.same_direction;
+}
 
 // Whether a geom may pass an internal edge: a convex shape of a body that impulses move.
 bool may_pass(const Model& model, Index body, Index geom) {
@@ -67,7 +69,7 @@ const InternalEdges::Touch* InternalEdges::find_level(const Reach& reach,
   const double level = level_of(reach.margin);
   const Transform& support = frames[touch.support];
   for (const Touch& t : touches_of(touch.body)) {
-    if (states_[t.pair].passed || t.support == touch.support || dot(touch.up, t.up) > coplanar) continue;
+    if (states_[t.pair].passed || t.support == touch.support || are_same(dot(touch.up, t.up))) continue;
     // A quick test: the support is usually far above the plane.
     if (dot(t.up, support.position - t.on_support) > level) continue;
     const double rise = extent_along(y, support, t.up, t.on_support);
@@ -89,8 +91,11 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   const double level = level_of(reach.margin);
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
-    if (states_[t.pair].passed || t.support == touch.support || cosine > coplanar || cosine < -0.01) continue;
-    const Vec3 behind = touch.on_support + (10 * level) * normalised(touch.up - cosine * t.up);
+    if (states_[t.pair].passed || t.support == touch.support || are_same(cosine) ||
+        cosine < -contacts::policy.same_direction)
+      continue;
+    const Vec3 behind =
+        touch.on_support + (contacts::policy.allowance * reach.margin) * normalised(touch.up - cosine * t.up);
     const Shape& z = reach.model.geom(t.support).shape;
     if (is_near(z, frames[t.support], touch.on_support, level) &&
         is_near(z, frames[t.support], behind, level) &&

@@ -6,22 +6,20 @@
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
+#include "multibody/contacts/policy.hpp"
 #include "multibody/contacts/touch.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Turns (rad) below it are neglected: a point at the distance r from the axis departs from its tangent by r
-// a^2 / 2, half a millionth of r.
-constexpr double least_turn = 1e-3;
 // Whether normals jump on the surface of a shape.
 bool has_edges(const Shape& shape) {
   return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
          !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
 }
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
-constexpr double same_normal = 1e-6;
+constexpr double same_normal = 1e-6;  // not tuned: rounding
 
 // Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
 // pose is found once. That of a ball about its centre of mass is known by its place.
@@ -84,7 +82,7 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
     const double turn = half.turn(a.body) + half.turn(b.body);
     const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
-    if ((end - first > 1 && !rolls) || turn < 0.5 * least_turn) continue;
+    if ((end - first > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) continue;
     const Contact& c = contacts[by_pair_[first].contact];
     points_.clear();
     const Transform frame_a = half.frame(a), frame_b = half.frame(b);
@@ -131,7 +129,7 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
     while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
     const auto [geom_a, geom_b] = by_pair_[first].pair;
     const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (later.turn(a.body) + later.turn(b.body) < least_turn) continue;
+    if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) continue;
     const Transform frame_a = later.frame(a), frame_b = later.frame(b);
     const double offset = contacts[by_pair_[first].contact].material.rest_offset;
     points_.clear();

@@ -2,29 +2,24 @@
 
 #include <algorithm>
 
+#include "multibody/contacts/policy.hpp"
+
 namespace amontons {
 
 namespace {
 
 // Allowed overlap of a redundant point (m): far below the purpose of a margin, far above rounding.
-double tolerance_of(const Reach& reach) { return 0.01 * reach.margin; }
+double tolerance_of(const Reach& reach) { return contacts::policy.level * reach.margin; }
 
-// Allowed overlap of a redundant point c: a tenth of its travel in the step, at most the tolerance. A fast
-// body passes quickly. But a body on a rough sole that stands alternately on different points would never
-// rest with a larger value.
+// Allowed overlap of a redundant point c: a share of its travel in the step, at most the tolerance.
 double overlap_of(const Contact& c, double end, const Reach& reach) {
-  return std::clamp(0.1 * (c.gap - end), 1e-4 * reach.margin, tolerance_of(reach));
+  return std::clamp(contacts::policy.passing * (c.gap - end), contacts::policy.least_overlap * reach.margin,
+                    tolerance_of(reach));
 }
 
 // Gap (m) up to which a point is considered before the solve; equal to the distance used in the choice among
 // many.
-double reach_of(const Reach& reach) { return 0.1 * reach.margin; }
-
-// Size (points): groups of at most this size keep all points.
-constexpr std::size_t few = 4;
-// About 8 degrees: less than the angle at edges of a body or of the ground, more than that between triangles
-// of a fine mesh.
-constexpr double parallel_normals = 0.99;  // cosine
+double reach_of(const Reach& reach) { return contacts::policy.allowance * reach.margin; }
 
 // Shapes with any number of corners. Other shapes have few, each with a feature number.
 bool has_many_corners(const Shape& shape) {
@@ -47,7 +42,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
     group_.clear();
     for (std::size_t k = i; k < contacts.size(); ++k) {
       const Contact& c = contacts[k];
-      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= parallel_normals) continue;
+      if (grouped_[k] || dot(c.normal, contacts[i].normal) <= contacts::policy.one_normal) continue;
       grouped_[k] = 1;
       group_.push_back(static_cast<std::uint32_t>(k));
       points_.push_back({c.point, c.gap, end_gap(c, reach)});
@@ -56,8 +51,9 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
     if (std::none_of(points_.begin(), points_.end(),
                      [&](const SupportPoint& p) { return std::min(p.gap, p.end) <= reach_of(reach); }))
       continue;
-    kept_.assign(group_.size(), group_.size() <= few);
-    if (group_.size() > few) support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
+    kept_.assign(group_.size(), group_.size() <= contacts::policy.few);
+    if (group_.size() > contacts::policy.few)
+      support_.select(points_, contacts[i].normal, tolerance_of(reach), kept_);
     for (std::size_t k = 0; k < group_.size(); ++k) needed_[group_[k]] = kept_[k];
   }
 }

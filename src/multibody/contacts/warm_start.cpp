@@ -4,6 +4,7 @@
 
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/pair_order.hpp"
+#include "multibody/contacts/policy.hpp"
 #include "multibody/model/stribeck.hpp"
 
 namespace amontons {
@@ -38,8 +39,8 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x,
     const auto [linear, angular] = to_world(c, rows_of_contact(i));
     const double slip = solved[i].state == ContactState::slip ? norm(solved[i].slip) : 0;
     // A contact may be at its limit without slipping.
-    kept[k] = {c.geom_a, c.geom_b,  inverse(bodies[c.body_a].pose)(c.point),
-               linear,   angular, slip > least ? slip : 0};
+    kept[k] = {c.geom_a, c.geom_b, inverse(bodies[c.body_a].pose)(c.point),
+               linear,   angular,  slip > least ? slip : 0};
   }
 }
 
@@ -64,10 +65,10 @@ void match(const Model& model, std::span<const CarriedContact> last, const Trans
     was[0] = 0;
     return;
   }
-  // One of several is the same if it moved by less than a quarter of the smaller shape.
+  // One of several is the same if it moved by less than a part of the smaller shape.
   const auto [a, b] = pair_of(contacts[0]);
-  const double reach =
-      0.25 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  const double reach = contacts::policy.nearest *
+                       std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
   matches.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Vec3 local = to_local(contacts[i].point);
@@ -93,8 +94,8 @@ void match(const Model& model, std::span<const CarriedContact> last, const Trans
 // a search ascend, except where a fixed geom became the second one and where contacts were added later. So
 // most pairs lie a few records behind the last one: k records take 2 log2(k) comparisons.
 std::vector<CarriedContact>::const_iterator find_pair(std::vector<CarriedContact>::const_iterator from,
-                                               std::vector<CarriedContact>::const_iterator end,
-                                               const std::pair<Index, Index>& pair) {
+                                                      std::vector<CarriedContact>::const_iterator end,
+                                                      const std::pair<Index, Index>& pair) {
   const auto before = [&](const CarriedContact& c) { return pair_of(c) < pair; };
   std::ptrdiff_t step = 1;
   while (step < end - from && before(from[step])) {
@@ -147,11 +148,12 @@ void warm_start_contacts(const Model& model, const std::vector<CarriedContact>& 
 void find_carried(const Model& model, const std::vector<CarriedContact>& last, const BodyFrames& bodies,
                   const std::vector<Contact>& contacts, std::vector<unsigned char>& carried) {
   carried.assign(contacts.size(), 0);
-  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const CarriedContact&) { carried[i] = 1; });
+  for_each_known(model, last, bodies, contacts,
+                 [&](std::size_t i, const CarriedContact&) { carried[i] = 1; });
 }
 
-void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last, const BodyFrames& bodies,
-                           std::vector<Contact>& contacts) {
+void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last,
+                           const BodyFrames& bodies, std::vector<Contact>& contacts) {
   if (last.empty() || std::none_of(contacts.begin(), contacts.end(),
                                    [](const Contact& c) { return c.material.friction_static >= 0; }))
     return;

@@ -18,8 +18,8 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x,
 
 // Sets the friction of contacts that slipped in the last step, and whose static and kinetic coefficients
 // differ. The others keep the static one, with which they are found.
-void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last, const BodyFrames& bodies,
-                           std::vector<Contact>& contacts);
+void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last,
+                           const BodyFrames& bodies, std::vector<Contact>& contacts);
 
 // Appends the rows of all contacts to x0, zeros without a match in the last step: same geoms, nearest point.
 // The impulses of `last` are scaled by the ratio of the steps.

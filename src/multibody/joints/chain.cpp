@@ -4,6 +4,7 @@
 
 #include "amontons/base/elementary.hpp"
 #include "amontons/problem/contact.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 namespace {
@@ -94,10 +95,8 @@ Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) 
 // singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108 (1986).
 //
 // With unit columns sqrt(det N) is 1 for axes at right angles and 0 if two coincide. The damping, relative to
-// the unit diagonal of N, grows from 0 at `regular` to `largest_damping` at the singular pose; 1e-15 more
-// keeps the factor finite for equal axes.
-constexpr double regular = 1e-3, largest_damping = 1e-6;
-
+// the unit diagonal of N, grows from 0 at `regular` to its square at the singular pose. For equal axes
+// rounding keeps the factor finite.
 void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<Vec6, 6>& out) {
   std::array<Vec6, 6> n = gram;
   double manipulability = 0;
@@ -105,10 +104,11 @@ void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<V
     manipulability = 1;
     for (std::size_t i = 0; i < k; ++i) manipulability *= n[i][i];
   }
+  const double regular = joints::policy.regular;
   if (manipulability < regular) {
-    const double s = 1 - manipulability / regular;
+    const double damping = regular - manipulability;
     n = gram;
-    cholesky(n, k, largest_damping * s * s + 1e-15);
+    cholesky(n, k, damping * damping + 1e-15);  // not tuned: rounding
   }
   for (std::size_t i = 0; i < k; ++i) out[i] = inverse_column(n, k, i);
 }
@@ -120,7 +120,7 @@ bool invert_small(const std::array<Vec6, 6>& n, std::size_t k, std::array<Vec6, 
   const double xx = n[0][0], yy = n[1][1], zz = k == 3 ? n[2][2] : 1;
   const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
   const double det = xx * a + xy * b + xz * c;
-  if (!(det >= regular * regular)) return false;
+  if (!(det >= joints::policy.regular * joints::policy.regular)) return false;
   const double s = 1 / det;
   out[0] = {s * a, s * b, s * c};
   out[1] = {s * b, s * (xx * zz - xz * xz), s * (xy * xz - xx * yz)};
@@ -138,14 +138,12 @@ struct PureScrews {
 // rounding. Then forces do no work on hinges and torques none on slides, and each half is a complement in
 // space.
 bool split(const ChainKinematics& chain, double length, PureScrews& out) {
-  // Offset of a hinge from the reference (relative to length): smaller is rounding.
-  constexpr double pure = 1e-12;
   for (std::size_t i = 0; i < chain.dofs; ++i) {
     const Screw& s = chain.screws[i];
     if (s.angular == Vec3{}) {
       out.slides[out.n_slides++] = s.linear;
     } else {
-      if (norm(s.linear) > pure * length * norm(s.angular)) return false;
+      if (norm(s.linear) > joints::policy.rounding * length * norm(s.angular)) return false;
       out.hinges[out.n_hinges++] = s.angular;
     }
   }
@@ -167,7 +165,7 @@ std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std
   // Two directions leave their normal. If they are parallel (gimbal lock) any perpendicular direction serves.
   const Vec3 normal = cross(directions[0], directions[1]);
   const double sine = norm(normal);
-  if (sine > 1e-12) out[0] = normal / sine;
+  if (sine > joints::policy.rounding) out[0] = normal / sine;
   return 1;
 }
 
@@ -195,9 +193,7 @@ struct Basis {
 // first.
 std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
                         std::array<Vec6, 6>& out) {
-  // Columns that nearly depend on others add rounding and no direction. They are left out, so that the number
-  // of locked wrenches is that of the model in every pose.
-  constexpr double dependent = 1e-9;
+  const double dependent = joints::policy.dependent;
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
     Vec6 v = columns[i];
@@ -214,9 +210,8 @@ std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, s
   const std::size_t wanted = dimension > count ? dimension - count : 0;
   for (std::size_t found = 0; found < wanted; ++found) {
     std::size_t best = 0;
-    // A candidate must be clearly better, so that rounding does not decide between equal ones.
     for (std::size_t e = 1; e < dimension; ++e)
-      if (across[e] > across[best] + 1e-6) best = e;
+      if (across[e] > across[best] + dependent) best = e;
     Vec6 v{};
     v[best] = 1;
     const double left = basis.orthogonalise(v);

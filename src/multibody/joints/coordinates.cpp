@@ -10,6 +10,7 @@
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/course.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/policy.hpp"
 #include "multibody/joints/tendons.hpp"
 
 namespace amontons {
@@ -31,17 +32,11 @@ struct Fit {
 // Improves q in place. The error is the twist from T(q) to the pose. Its least-squares solution over the
 // screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  // From the coordinates of the last step a few steps suffice; more are for distant starts. The size of a
-  // step decreases with the error of the joint and with its own size. After a step below 1e-7 the rest is
-  // rounding, or negligible beside the error. Coordinates then do not drift in a scene at rest, where every
-  // step of the simulation makes one more.
-  constexpr int most_steps = 25;
-  constexpr double largest_turn = 1;      // limit of one step (rad): beyond it T(q) is far from linear
-  constexpr double smallest_step = 1e-7;  // radians or lengths
-  // Step (radians or lengths): the fit has converged if its last step is at most this.
-  constexpr double small_step = 1e-6;
+  constexpr double largest_turn = 1;  // limit of one step (rad): beyond it T(q) is far from linear
+  // The size of a step decreases with the error of the joint and with its own size.
+  const double smallest_step = joints::policy.smallest_step;
   double largest = infinity, error = infinity;
-  for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
+  for (int step = 0; step < joints::policy.most_steps && largest > smallest_step; ++step) {
     const ChainKinematics chain = chain_kinematics(joint, relative, q);
     // Duals are damped near singular poses, where a plain least-squares step is unbounded.
     const auto duals = dual_wrenches(chain, length);
@@ -57,7 +52,7 @@ Fit fit(const Joint& joint, const Transform& relative, double length, std::span<
       q[i] += dq;
     }
   }
-  return {error, largest <= small_step};
+  return {error, largest <= smallest_step};
 }
 
 // The angle of a rotation about a unit axis (swing-twist decomposition) next to `near`. It minimises the
@@ -81,13 +76,11 @@ double turned_into_limits(const Dof& dof, double q) {
 // more than 60 degrees from a start. Three hinges need 27 fits: affordable when a model is loaded or posed,
 // and in a step only after the fit from the last one has failed.
 void search(const Joint& joint, const Transform& relative, double length, std::span<double> q, double error) {
-  // Squared error (rad^2): a fit below it ends the search.
-  constexpr double good = 1e-12;
   std::array<double, 6> trial;
   std::size_t starts = 1;
   for (const Dof& dof : joint.dofs)
     if (dof.kind == Dof::Kind::hinge) starts *= 3;
-  for (std::size_t start = 0; start < starts && error > good; ++start) {
+  for (std::size_t start = 0; start < starts && error > joints::policy.good; ++start) {
     std::size_t digits = start;
     for (std::size_t i = 0; i < q.size(); ++i) {
       trial[i] = 0;
@@ -96,8 +89,7 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
       digits /= 3;
     }
     const double found = fit(joint, relative, length, std::span(trial).first(q.size())).squared_error;
-    // A start must be clearly better, so that coordinates do not jump between equal fits.
-    if (!(found < 0.25 * error)) continue;
+    if (!(found < error)) continue;
     error = found;
     std::copy_n(trial.begin(), q.size(), q.begin());
   }
@@ -108,7 +100,6 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
 // and the dual wrench of a hinge through the reference is a torque about it. Joints of several hinges may
 // have several fits (elbow up and down) or local minima, and are searched if the first fit is poor.
 void update_joint(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
-  constexpr double good = 1e-6;  // rad^2: error of a first fit below which it is good
   // All coordinates are zero either before any fit or for a joint at zero. In the latter case the first fit
   // is good and ends at once.
   const bool first = std::all_of(q.begin(), q.end(), [](double v) { return v == 0; });
@@ -126,7 +117,7 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
   const Fit found = fit(joint, relative, length, q);
   // Otherwise the nearest fit is the right one, however large the violation, unless there is none.
   if ((hinges > 1 || (hinges == 1 && joint.spherical)) &&
-      (first ? found.squared_error > good : !found.converged))
+      (first ? found.squared_error > joints::policy.good : !found.converged))
     search(joint, relative, length, q, found.squared_error);
 }
 

@@ -23,16 +23,14 @@
 #include <cmath>
 
 #include "amontons/base/elementary.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 namespace {
 
-// Mass of a knot (relative to the lightest part of the rope): the error of the momentum, as in wide_rows.
-constexpr double knot_mass = 1e-5;
-
 // tanh(x / 2) = (e^x - 1) / (e^x + 1). Beyond 40 it rounds to 1, a rope that cannot slip.
 double ratio_of(double grip) {
-  if (grip > 40) return 1;
+  if (grip > 40) return 1;  // not tuned: rounding
   const double e = elementary::expm1(grip);
   return e / (e + 2);
 }
@@ -199,7 +197,7 @@ void append_rope_rows(const RowInput& in, Index tendon, std::size_t first, Joint
   const bool narrow = places.size() == 1 && bodies_of(places.front()).size() <= 2;
   Index auxiliary = world;
   if (!narrow) {
-    rows.auxiliary_inverse_mass.push_back(lightest / knot_mass);
+    rows.auxiliary_inverse_mass.push_back(lightest / joints::policy.auxiliary_mass);
     auxiliary = static_cast<Index>(in.bodies.frames.size() + rows.auxiliary_inverse_mass.size() - 1);
     Helpers helpers{in, tendon, auxiliary, 0, rows};
     follow_others(places, helpers);

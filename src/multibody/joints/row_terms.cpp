@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "amontons/problem/linkage.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 
-// The velocity after the step is unknown. The reach is twice the fastest known velocity, plus a tenth of a
-// length (or rad) for the effect of collisions and other joints. A missed limit is corrected in the next
-// step, as a violation. Rows that cannot act would only increase the size of the problem.
+// The velocity after the step is unknown. The reach is twice the fastest known velocity, plus a
+// length (or angle) for what is not known. Rows that cannot act would only increase the size of the problem.
 bool within_reach(double gap, double speed, const JointOptions& options) {
-  return gap <= 2 * options.h * speed + 0.1 * options.length;
+  return gap <= 2 * options.h * speed + joints::policy.reach * options.length;
 }
 
 // The mean of the poses before, at and after the start, (q- + 2 q + q+) / 4, is q + h (q'+ - q'-) / 4. This
@@ -54,7 +54,7 @@ std::optional<RowTerms> drive_terms(const Drive& d, double s, double inverse_mas
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
   const double h = options.h, v = options.recovery_speed;
   if (e > 0) return {e / (h * options.kick), error / h};
-  return {locked_regularisation * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
+  return {joints::policy.compliance * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
 }
 
 double closing(double gap, const JointOptions& options) {

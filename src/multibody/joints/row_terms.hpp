@@ -18,14 +18,6 @@
 // Each of these is one function below. A caller provides D and C, and the place of the impulse.
 namespace amontons {
 
-// Compliance (relative to D M^-1 D' of the row times Model::lightness()): makes redundant locked rows share
-// the load evenly. Such rows (two hinges of a door, planar loops) make A singular. Not larger: a row sags by
-// this fraction of g h^2, 2e-11 m for a body on one joint, times the carried masses over the heaviest of its
-// mechanism. Relative to D M^-1 D' alone a link of 1e-6 kg would let a trunk of 17 kg sink at 30 mm/s. Not
-// smaller: positions are rounded to 1e-16 of their size. That error, over h and over this compliance, is a
-// load between redundant rows, below 1e-4 of the weight.
-inline constexpr double locked_regularisation = 1e-7;
-
 // Input of every function that makes rows.
 struct RowInput {
   const Model& model;

@@ -2,23 +2,23 @@
 // auxiliary body, whose velocity components z_i follow the parts:
 //   J_i v_i - z_i = 0 (i < n),   D v = J_n v_n + z_1 + ... + z_(n-1).
 // An auxiliary body has six components; if they are used up, their sum is the first component of another one.
-// The inertia of z_i, that of the lightest part times `lightness`, is added to the mechanism, so that each
-// helper has nearly the impulse of the row. z starts at the free J_i v_i, so that it only opposes changes by
-// impulses.
+// The inertia of z_i, that of the lightest part times `auxiliary_mass`, is added to the
+// mechanism, so that each helper has nearly the impulse of the row. z starts at the free J_i v_i, so that it
+// only opposes changes by impulses.
 //
 // Eliminating z shows the error. With M_z = 1 / w the impulses of the parts differ from each other by M_z
-// (z_i+ - z_i), at most lightness times the impulse of the row. This is the error of the momentum. The
-// problem contains only changes of z: c of a link is -z_i, and the row itself has their sum as an offset. So
-// a motion that satisfies the row needs no impulse.
+// (z_i+ - z_i), at most auxiliary_mass times the impulse of the row. This is the error of the
+// momentum. The problem contains only changes of z: c of a link is -z_i, and the row itself has their sum as
+// an offset. So a motion that satisfies the row needs no impulse.
 #include "multibody/joints/wide_rows.hpp"
 
 #include <algorithm>
 
+#include "multibody/joints/policy.hpp"
+
 namespace amontons {
 namespace {
 
-// Mass of an auxiliary body (relative to the lightest part of the row): the error of the momentum.
-constexpr double lightness = 1e-5;
 // Velocity components of an auxiliary body.
 constexpr std::size_t components = 6;
 
@@ -71,7 +71,7 @@ NarrowRow narrowed(const WideRow& wide, const StepBodies& bodies, double x0, Row
   for (std::size_t i = 0; i < n; ++i)
     heaviest = std::max(heaviest, side_inverse_mass(wide.j[i], bodies.mobility[wide.body[i]]));
   const auto new_body = [&] {
-    rows.auxiliary_inverse_mass.push_back(heaviest / lightness);
+    rows.auxiliary_inverse_mass.push_back(heaviest / joints::policy.auxiliary_mass);
     return static_cast<Index>(bodies.frames.size() + rows.auxiliary_inverse_mass.size() - 1);
   };
   Index auxiliary = new_body();

@@ -12,12 +12,13 @@
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 namespace {
 
 // Angles (rad), lengths (m) and sines below it are rounding of zero.
-constexpr double tiny = 1e-15;
+constexpr double tiny = 1e-15;  // not tuned: rounding
 
 // In the plane of the circle, about its centre.
 struct Vec2 {
@@ -77,7 +78,7 @@ std::optional<Arc> through(const Vec2& a, const Vec2& b, double r) {
   if (excess(high) <= 0) return std::nullopt;
   double t = 0.5 * G / (1 - 0.5 * (A + B));
   // Newton's method within brackets: bisection if a step leaves them.
-  for (int k = 0; k < 100; ++k) {
+  for (int k = 0; k < 100; ++k) {  // not tuned: more than bisection takes
     if (!(t > low && t < high)) t = 0.5 * (low + high);
     const double f = excess(t), s = elementary::sin(t), c = elementary::cos(t);
     if (f == 0 || high - low < tiny) break;
@@ -126,7 +127,7 @@ std::optional<Wrap> wrap(const Vec3& a_world, const Vec3& b_world, PathElement::
     const Vec3 s3 = into(*side_world);
     side = flat(s3);
     inside = norm(s3) < r;
-    if (norm(*side) < 1e-12 * r) side.reset();  // on the axis it has no side
+    if (norm(*side) < joints::policy.rounding * r) side.reset();  // on the axis it has no side
   }
   const std::optional<Arc> arc = inside ? through(a, b, r) : around(a, b, r, side);
   if (!arc) return std::nullopt;

@@ -88,9 +88,8 @@ bool is_rough(const JointRows& rows, std::size_t i, double x, double scale, cons
 // h^2 / 2 of the rate of the acceleration. No second solve at the end of the step is needed. An impulse that
 // acted at one instant would be counted half as much again, so that an island with a jump keeps v+. Islands
 // are the unit, because a part of a mechanism that jumps moves all of it.
-void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved& solved, double last_kick,
-                const Observed& o, std::vector<double>& ahead) {
-  static thread_local std::vector<unsigned char> rough;  // per island
+void find_ahead(const StepSetting& step, const StepProblem& posed, double last_kick, const Observed& o,
+                Solved& solved, std::vector<double>& ahead) {
   // A solve that missed a tight tolerance may still have the digits that count.
   const bool solved_well =
       !step.damped &&
@@ -102,19 +101,21 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved&
   const double fall = step.h * norm(step.model.description().gravity);
   const double scale = step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0;
   const std::size_t first = problem.rows() - posed.rows.jacobian.size();
-  const Islands& islands = problem.graph.islands;
-  rough.assign(islands.count, 0);
-  for (std::size_t k = 0; k < islands.of_block.size(); ++k) {
-    unsigned char& is_rough_here = rough[islands.of_block[k]];
-    if (is_rough_here) continue;
+  const Islands& graph = problem.graph.islands;
+  std::vector<Island>& islands = solved.islands.each;
+  islands.resize(graph.count);
+  for (Island& i : islands) i.jumps = false;
+  for (std::size_t k = 0; k < graph.of_block.size(); ++k) {
+    Island& island = islands[graph.of_block[k]];
+    if (island.jumps) continue;
     const std::size_t row = static_cast<std::size_t>(problem.graph.first_row[k]);
     const double* x = &solved.solution.x[row];
     // Rows of joints come last. A block may have several rows; the first is that along which it pulls.
-    is_rough_here = row < first ? is_rough(o.contacts[k], x, o, solved.after, fall)
-                                : is_rough(posed.rows, row - first, *x, scale, o, solved.after, step.h, fall);
+    island.jumps = row < first ? is_rough(o.contacts[k], x, o, solved.after, fall)
+                               : is_rough(posed.rows, row - first, *x, scale, o, solved.after, step.h, fall);
   }
   for (std::size_t i = 0; i < ahead.size(); ++i)
-    if (const Index home = islands.of_body[i]; (home >= 0 && rough[home]) || o.stopped[i]) ahead[i] = 0;
+    if (const Index home = graph.of_body[i]; (home >= 0 && islands[home].jumps) || o.stopped[i]) ahead[i] = 0;
 }
 
 }  // namespace amontons

@@ -12,7 +12,7 @@ namespace amontons {
 // of the step leads that in its middle. It is half of the step over the kick where motion is smooth, so that
 // the velocity is of second order. It is zero where velocities jump: a jump does not go on. Impacts at the
 // start of the step are over.
-void find_ahead(const StepSetting& step, const StepProblem& posed, const Solved& solved, double last_kick,
-                const Observed& o, std::vector<double>& ahead);
+void find_ahead(const StepSetting& step, const StepProblem& posed, double last_kick, const Observed& o,
+                Solved& solved, std::vector<double>& ahead);
 
 }  // namespace amontons

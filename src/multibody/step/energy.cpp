@@ -17,6 +17,11 @@ namespace amontons {
 
 namespace {
 
+// Mean velocities of the step, and the same for bodies that impulses move (zeros for others).
+struct MeanVelocities {
+  BodyVelocities all, moved;
+};
+
 // Work of a row or contact that can only dissipate, in excess of the work of its impulse on dynamic bodies,
 // which along_mean() has summed already. It is zero for a dissipative row between dynamic bodies.
 double beyond_bodies(bool dissipates, double of_all, double of_moved) {
@@ -36,7 +41,7 @@ bool dissipates(const EnergyInput& in, std::size_t i) {
                    in.rows.tags[i].kind == RowKind::friction);
 }
 
-double contacts_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
+double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
   const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
   double work = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -64,7 +69,7 @@ double closing_work(const EnergyInput& in) {
   return in.closing * impulses;
 }
 
-double joints_beyond_bodies(const EnergyInput& in, const EnergyScratch& mean, bool driven) {
+double joints_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
   double work = 0;
   for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
@@ -115,7 +120,8 @@ double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
 // Work J. The work of all impulses on a body is the change of its velocity that they cause, in the metric of
 // its mass, along the mean velocity. It excludes the energy in the inertia that stiffening adds. A sum over
 // the rows would agree except for rounding, but for torn joints this sum is only rounding.
-EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
+EnergyBalance along_mean(const EnergyInput& in) {
+  static thread_local MeanVelocities mean;  // kept: a step allocates nothing
   mean.all = in.start;
   mean.moved.assign(in.start.size(), {});
   double kinetic = 0, gravity = 0, recovered = 0, work = 0;
@@ -146,7 +152,8 @@ EnergyBalance along_mean(const EnergyInput& in, EnergyScratch& mean) {
 // takes it along v+, the actual motion, minus the 1/2 |dv|^2 that an implicit step loses. They differ if a
 // foot bounced (u- > 0) and its motors press it back within the step. The contact then holds it (u+ = 0), and
 // J credits the contact with x u- / 2 although nothing moved along x.
-double along_motion(const EnergyInput& in, BodyVelocities& change) {
+double along_motion(const EnergyInput& in) {
+  static thread_local BodyVelocities change;
   change.assign(in.start.size(), {});
   double sum = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
@@ -170,13 +177,12 @@ double along_motion(const EnergyInput& in, BodyVelocities& change) {
 
 }  // namespace
 
-EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch) {
-  EnergyBalance balance = along_mean(in, scratch);
-  if (!balance.holds())
-    balance.work = std::min(balance.work, balance.work - along_motion(in, scratch.change));
+EnergyBalance energy_balance(const EnergyInput& in) {
+  EnergyBalance balance = along_mean(in);
+  if (!balance.holds()) balance.work = std::min(balance.work, balance.work - along_motion(in));
   return balance;
 }
 
-double work_along_mean(const EnergyInput& in, EnergyScratch& scratch) { return along_mean(in, scratch).work; }
+double work_along_mean(const EnergyInput& in) { return along_mean(in).work; }
 
 }  // namespace amontons

@@ -27,14 +27,9 @@ struct EnergyBalance {
   double work, allowed;
   bool holds() const { return work <= allowed; }
 };
-// Scratch: mean velocities of the step; the same for bodies that impulses move (zeros for others); the change
-// of the velocities.
-struct EnergyScratch {
-  BodyVelocities all, moved, change;
-};
-EnergyBalance energy_balance(const EnergyInput& in, EnergyScratch& scratch);
+EnergyBalance energy_balance(const EnergyInput& in);
 
 // Work (J) along the mean velocity, a quadratic in the impulses.
-double work_along_mean(const EnergyInput& in, EnergyScratch& scratch);
+double work_along_mean(const EnergyInput& in);
 
 }  // namespace amontons

@@ -2,18 +2,20 @@
 
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
+#include "multibody/step/second_order.hpp"
 
 namespace amontons {
 
 void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again}, solved.solution, solved.rest);
+  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again}, solved.solution,
+            solved.islands);
   solve_beside(solver, posed, solved);
   solved.after = o.free;
   // If all stops, impulses are not needed.
-  if (!(solved.rest.all() && solved.rest.slow))
+  if (!(solved.islands.all_rest() && solved.islands.slow))
     apply_impulses(*posed.problem, solved.solution.x, solved.after);
-  stop_resting(step.model, posed.problem->graph.islands, solved.rest, solved.after);
+  stop_resting(step.model, posed.problem->graph.islands, solved.islands, solved.after);
   solver.clock.lap(&Timings::solve);
 }
 
@@ -23,20 +25,16 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
                            StepProblem& posed, const Solved& solved) {
   const Reach reach{step.model, o.frames, solved.after, step.h, step.margin, step.options.threads};
   const std::size_t known = o.contacts.size();
-  o.finder.find_unforeseen(reach, o.contacts);
+  step.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);
   const bool found = o.contacts.size() > known;
   const bool turning = !posed.turns.empty() && (found || first);
-  if (found) take_in(solved.solution.x, known, o, posed);
+  if (found) take_in(solved, known, o, posed);
   const bool turned =
-      turning && find_turns(reach, o.free, enough_of_a_turn(step), o.contacts, o.finder, posed.turns);
+      turning && find_turns(reach, o.free, enough_of_a_turn(step), o.contacts, step.finder, posed.turns);
   if (found || turned) write_b(o, posed);
   clock.lap(&Timings::assembly);
-  if (!found && turned) {
-    posed.predicted.clear();
-    posed.x0 = solved.solution.x;
-    posed.again = true;
-  }
+  if (!found && turned) posed.begin_at(solved);
   return found || turned;
 }
 

@@ -31,8 +31,7 @@ double least_slip(const StepSetting& step, const Solved& solved) {
 
 }  // namespace
 
-void move_on(const StepSetting& step, const StepProblem& posed, const Solved& solved, Observed& o,
-             State& state) {
+void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, Observed& o, State& state) {
   const std::span<const double> x = solved.solution.x;
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
   const double least = least_slip(step, solved);
@@ -47,7 +46,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, const Solved& so
                          step.h, trees, state);
   }
   static thread_local std::vector<double> ahead;
-  find_ahead(step, posed, solved, state.impulse_step, o, ahead);
+  find_ahead(step, posed, state.impulse_step, o, solved, ahead);
   state.impulse_step = step.kick();
   state.last_step = step.h;
   keep_held_loads(state);

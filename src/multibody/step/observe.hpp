@@ -5,7 +5,6 @@
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/bodies/middle.hpp"
 #include "multibody/bodies/motion.hpp"
-#include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/setting.hpp"
@@ -37,7 +36,6 @@ struct Observed {
   std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
   std::vector<GyroscopicSpin> spins;
   std::vector<Contact> contacts;
-  ContactFinder finder;  // later searches of the step go on from the first
   // Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
   BodyMobilities stiffened;
   bool is_stiffened = false;

@@ -7,6 +7,7 @@
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
+#include "multibody/step/second_order.hpp"
 #include "multibody/trees/momenta.hpp"
 #include "multibody/trees/rates.hpp"
 
@@ -61,7 +62,7 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
   find_turns({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.contacts,
-             o.finder, posed.turns);
+             step.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
@@ -70,10 +71,12 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   find_past_of_trees(step, state, o, posed.rows);
   append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
   if (!step.damped) {
-    if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, posed.carried);
-    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, posed.carried, step.h,
+    static thread_local std::vector<unsigned char>
+        carried;  // per contact: it had an impulse in the last step
+    if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, carried);
+    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, carried, step.h,
                     step.last, step.h * norm(model.description().gravity), allowed_error(model.length())},
-                   state, posed.rows, posed.smooth);
+                   state, posed.rows);
   }
   if (state.impulse_step > 0)
     hold_contacts(model, state.contacts, step.kick() / state.impulse_step, o.frames, o.contacts);
@@ -104,15 +107,13 @@ void write_b(const Observed& o, StepProblem& posed) {
   write_b(o.free, posed.rows, posed.assembly, posed.turns, *posed.problem);
 }
 
-void take_in(const std::vector<double>& x, std::size_t known, Observed& o, StepProblem& posed) {
+void take_in(const Solved& solved, std::size_t known, Observed& o, StepProblem& posed) {
   std::size_t before = 0, added = 0;
   for (std::size_t i = 0; i < o.contacts.size(); ++i)
     (i < known ? before : added) += static_cast<std::size_t>(o.contacts[i].rows);
-  posed.predicted.clear();
   posed.turns.clear();
-  posed.x0 = x;
+  posed.begin_at(solved);
   posed.x0.insert(posed.x0.begin() + static_cast<std::ptrdiff_t>(before), added, 0.0);
-  posed.again = true;
   assemble_system(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
 }
 

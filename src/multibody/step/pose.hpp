@@ -22,7 +22,8 @@ double enough_of_a_turn(const StepSetting& step);
 void write_b(const Observed& observed, StepProblem& posed);
 
 // Contacts from `known` on were added after the problem was made. Makes all but b again with their rows,
-// which come before those of joints, and with zeros for them in x0, the present solution x. No contact turns.
-void take_in(const std::vector<double>& x, std::size_t known, Observed& observed, StepProblem& posed);
+// which come before those of joints, and with zeros for them in x0, the impulses of the present solution. No
+// contact turns.
+void take_in(const Solved& solved, std::size_t known, Observed& observed, StepProblem& posed);
 
 }  // namespace amontons

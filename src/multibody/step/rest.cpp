@@ -26,15 +26,9 @@ namespace amontons {
 
 namespace {
 
-// Quotient of two natural maps: that of two zeros is zero.
-double quotient(double map, double at_zero) {
-  constexpr double least = 1e-300;  // not tuned: above zero
-  return map / std::max(at_zero, least);
-}
-
 // Whether an island still counts as resting.
-bool rests_any(const Rest& rest) {
-  return std::find(rest.rests.begin(), rest.rests.end(), 1) != rest.rests.end();
+bool rests_any(const StepIslands& islands) {
+  return std::any_of(islands.each.begin(), islands.each.end(), [](const Island& i) { return i.rests; });
 }
 
 bool is_slow(const BodyVelocity& v, double length, double slow) {
@@ -43,69 +37,59 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
 
 // The speed of an error of 1, per island. The residual is a norm over all bodies of an island: one of n equal
 // bodies may have the whole error.
-void find_speeds(double fall, std::size_t bodies, const Islands& islands, Rest& rest) {
-  rest.speed.assign(islands.count, 0);
+void find_speeds(double fall, std::size_t bodies, const Islands& graph, std::vector<Island>& each) {
   for (std::size_t i = 0; i < bodies; ++i)
-    if (const Index home = islands.of_body[i]; home >= 0) rest.speed[home] += 1;
-  for (double& s : rest.speed) s = fall * std::sqrt(s);
+    if (const Index home = graph.of_body[i]; home >= 0) each[home].speed += 1;
+  for (Island& island : each) island.speed = fall * std::sqrt(island.speed);
 }
 
 // Islands with a body that moves by more than this error do not rest. Bodies that impulses do not move have
 // no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor slides on
 // it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual of the
 // start, which is what counts.
-void keep_slow(double length, const BodyVelocities& v, double error, const Islands& islands, Rest& rest) {
+void keep_slow(double length, const BodyVelocities& v, double error, const Islands& graph,
+               std::vector<Island>& each) {
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (const Index home = islands.of_body[i]; home >= 0 && !is_slow(v[i], length, error * rest.speed[home]))
-      rest.rests[home] = 0;
+    if (const Index home = graph.of_body[i]; home >= 0 && !is_slow(v[i], length, error * each[home].speed))
+      each[home].rests = false;
 }
 
 // Islands whose start is not within the tolerance do not rest: `most`, if all rest, else `rounding`.
 void keep_solved(const Problem& problem, Law law, double most, double rounding, const Solution& start,
-                 Rest& rest) {
-  rest.map.assign(rest.rests.size(), 0);
-  rest.map_at_zero.assign(rest.rests.size(), 0);
+                 StepIslands& islands) {
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-    const Index i = problem.graph.islands.of_block[block];
-    if (!rest.rests[i]) return;
+    Island& island = islands.each[problem.graph.islands.of_block[block]];
+    if (!island.rests) return;
     const double zero[S::dim] = {};
     double g[S::dim];
     add_saxce_term(set, law, &start.u[row], g);
-    rest.map[i] += natural_map_squared(set, problem.P[block], &start.x[row], g);
+    island.start.map += natural_map_squared(set, problem.P[block], &start.x[row], g);
     add_saxce_term(set, law, &problem.b[row], g);
-    rest.map_at_zero[i] += natural_map_squared(set, problem.P[block], zero, g);
+    island.start.at_zero += natural_map_squared(set, problem.P[block], zero, g);
   });
-  const auto meets = [&](std::size_t i, double bound) {
-    return quotient(std::sqrt(rest.map[i]), std::sqrt(rest.map_at_zero[i])) <= bound;
-  };
-  for (std::size_t i = 0; i < rest.rests.size(); ++i) rest.slow = rest.slow && meets(i, most);
-  for (std::size_t i = 0; i < rest.rests.size(); ++i)
-    if (!meets(i, rest.slow ? most : rounding)) rest.rests[i] = 0;
-}
-
-// The start and b of the islands that move: without new contacts, contacts that turn change b alone, and none
-// turns where all rest.
-void go_on(const Problem& problem, const std::vector<double>& x0, Rest& rest) {
-  rest.part.take(x0, rest.x0);
-  rest.part.take(problem.b, rest.part.problem.b);
+  for (const Island& i : islands.each) islands.slow = islands.slow && i.start.residual() <= most;
+  for (Island& i : islands.each)
+    if (!(i.start.residual() <= (islands.slow ? most : rounding))) i.rests = false;
 }
 
 }  // namespace
 
-double Rest::residual(Maps others) const {
-  double sum = others.map * others.map, sum_at_zero = others.at_zero * others.at_zero;
-  for (std::size_t i = 0; i < rests.size(); ++i) {
-    sum += rests[i] ? map[i] : 0;
-    sum_at_zero += rests[i] ? map_at_zero[i] : 0;
-  }
-  return quotient(std::sqrt(sum), std::sqrt(sum_at_zero));
+double SquaredMaps::residual() const {
+  constexpr double least = 1e-300;  // not tuned: above zero
+  return std::sqrt(map) / std::max(std::sqrt(at_zero), least);
 }
 
-// The islands at rest, in rest.rests; false if there is none. The velocities at the start may be as large as
-// the error of a start within the tolerance: the impulses of this step take them out. Those after them may
-// not, unless all rests, because the bodies lose what remains.
+double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
+  for (const Island& i : islands.each)
+    if (i.rests) moving.add(i.start);
+  return moving.residual();
+}
+
+// The islands at rest; false if there is none. The velocities at the start may be as large as the error of a
+// start within the tolerance: the impulses of this step take them out. Those after them may not, unless all
+// rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
-                                 Solution& start, Rest& rest) {
+                                 Solution& start, StepIslands& islands) {
   const Model& model = step.model;
   const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
   const double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
@@ -115,46 +99,48 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = step::policy.direct_start * tolerance;
   const Problem& problem = posed.problem;
-  const Islands& islands = problem.graph.islands;
-  find_speeds(fall, model.bodies(), islands, rest);
-  rest.rests.assign(rest.speed.size(), 1);
-  rest.slow = std::all_of(o.start.begin(), o.start.end(), slow);
-  if (!rest.slow) keep_slow(model.length(), o.start, tolerance, islands, rest);
-  if (!rests_any(rest)) return false;
-  if (posed.predicted.empty()) apply_impulses(problem, posed.x0, rest.v = o.free);
-  const BodyVelocities& v = posed.predicted.empty() ? rest.v : posed.predicted;
-  rest.slow = rest.slow && std::all_of(v.begin(), v.end(), slow);
-  if (!rest.slow) keep_slow(model.length(), v, rounding, islands, rest);
-  if (!rests_any(rest)) return false;
+  const Islands& graph = problem.graph.islands;
+  islands.each.assign(graph.count, {});
+  find_speeds(fall, model.bodies(), graph, islands.each);
+  for (Island& island : islands.each) island.rests = true;
+  // Before the step, and with the start.
+  islands.slow = true;
+  for (const auto& [v, error] : {std::pair{&o.start, tolerance}, std::pair{&posed.predicted, rounding}}) {
+    islands.slow = islands.slow && std::all_of(v->begin(), v->end(), slow);
+    if (!islands.slow) keep_slow(model.length(), *v, error, graph, islands.each);
+    if (!rests_any(islands)) return false;
+  }
   begin_at(problem, posed.x0, start);
-  keep_solved(problem, step.options.law, tolerance, rounding, start, rest);
-  return rests_any(rest);
+  keep_solved(problem, step.options.law, tolerance, rounding, start, islands);
+  return rests_any(islands);
 }
 
 void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, Solution& start,
-               Rest& rest) {
+               StepIslands& islands) {
   const Problem& problem = posed.problem;
-  // Without new contacts the islands that rested beside an earlier solve of the step still do.
-  if (posed.again && rest.any && !rest.moving.empty() && start.x.size() == problem.rows())
-    return go_on(problem, posed.x0, rest);
-  rest.any = false;
-  rest.moving.clear();
-  if (posed.x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, posed, start, rest)) return;
-  const std::vector<Index>& island = problem.graph.islands.of_block;
-  for (std::size_t k = 0; k < island.size(); ++k)
-    if (!rest.rests[island[k]]) rest.moving.push_back(k);
-  rest.any = rest.moving.empty() || !step.options.own_method;
-  if (!rest.any || rest.moving.empty()) return;
-  extract(problem, rest.moving, rest.number, rest.part);
-  go_on(problem, posed.x0, rest);
+  Part& moving = islands.moving;
+  // Without new contacts the islands that rested beside an earlier solve of the step still do: contacts that
+  // turn change b alone, and none turns where all rest.
+  if (posed.again && islands.any_rests && !moving.blocks.empty() && start.x.size() == problem.rows()) {
+    moving.begin_at(posed.x0);
+    return moving.of.take(problem.b, moving.of.problem.b);
+  }
+  islands.any_rests = false;
+  moving.blocks.clear();
+  if (posed.x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, posed, start, islands)) return;
+  const std::vector<Index>& home = problem.graph.islands.of_block;
+  for (std::size_t k = 0; k < home.size(); ++k)
+    if (!islands.each[home[k]].rests) moving.blocks.push_back(k);
+  islands.any_rests = moving.blocks.empty() || !step.options.own_method;
+  if (islands.any_rests && !moving.blocks.empty()) moving.make(problem, posed.x0, islands.number);
 }
 
 // Driven bodies keep their velocities.
-void stop_resting(const Model& model, const Islands& islands, const Rest& rest, BodyVelocities& v) {
-  if (!rest.any) return;
+void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, BodyVelocities& v) {
+  if (!islands.any_rests) return;
   const auto stops = [&](std::size_t i) {
-    const Index home = islands.of_body[i];
-    return home < 0 ? rest.slow : rest.rests[home] != 0;
+    const Index home = graph.of_body[i];
+    return home < 0 ? islands.slow : islands.each[home].rests;
   };
   for (std::size_t i = 0; i < v.size(); ++i)
     if (stops(i) && model.is_dynamic(static_cast<Index>(i))) v[i] = {};

@@ -1,41 +1,48 @@
-// Islands at rest, which no solve of a step needs to see.
+// The islands of a step, and those at rest, which no solve needs to see.
 #pragma once
 #include <span>
 #include <vector>
 
-#include "amontons/problem/island_part.hpp"
-#include "amontons/problem/problem.hpp"
-#include "amontons/solvers/driver/solution.hpp"
+#include "amontons/solvers/driver/parts.hpp"
 #include "multibody/step/observe.hpp"
 
 namespace amontons {
+
+// Squares of the natural maps of x and of zero impulses. Both sum over blocks, and so over islands: the sums
+// over some islands give the residual of these together.
+struct SquaredMaps {
+  double map = 0, at_zero = 0;
+  void add(const SquaredMaps& other) {
+    map += other.map;
+    at_zero += other.at_zero;
+  }
+  double residual() const;  // that of two zeros is zero
+};
+
+// An island of the problem and its motion in the step. ContactGraph::islands numbers them.
+struct Island {
+  double speed = 0;    // m/s, of an error of 1
+  SquaredMaps start;   // of the start of the solve
+  bool rests = false;  // the start is the solution, and the bodies stop
+  bool jumps = false;  // a velocity changes at one instant, after the solve
+};
+
+// The islands of a solve. If some rest, the others are a part that is solved apart.
+struct StepIslands {
+  std::vector<Island> each;  // empty: none has been looked at
+  bool any_rests = false;
+  bool slow = false;  // all bodies of the scene, those without contacts too
+  Part moving;
+  std::vector<Index> number;  // scratch
+  bool all_rest() const { return any_rests && moving.blocks.empty(); }
+};
 
 // A problem of the step and its start.
 struct PosedStart {
   const Problem& problem;
   const std::vector<double>& x0;
-  const BodyVelocities& predicted;  // the free velocities with x0; empty: not known
+  const BodyVelocities& predicted;  // the free velocities with x0
   bool again;                       // x0 is the solution of an earlier solve of the step
-};
-
-// Islands at rest, and the problem of the others.
-struct Rest {
-  bool any = false;
-  bool slow = false;                     // all bodies of the scene, those without contacts too
-  std::vector<unsigned char> rests;      // per island
-  std::vector<double> speed;             // per island: m/s, of an error of 1
-  std::vector<std::size_t> moving;       // blocks of the other islands
-  IslandPart part;                       // their problem
-  std::vector<double> x0;                // its start
-  std::vector<double> map, map_at_zero;  // scratch: per island, squared
-  std::vector<Index> number;
-  BodyVelocities v;  // scratch
-  bool all() const { return any && moving.empty(); }
-  // Natural residual of the whole problem, from that of the other islands.
-  struct Maps {
-    double map = 0, at_zero = 0;
-  };
-  double residual(Maps others) const;
 };
 
 // Finds the islands at rest for the start x0 of a problem. An island rests if its bodies are slow before the
@@ -44,10 +51,11 @@ struct Rest {
 // would never rest. If all that the scene has is slow and solved within the tolerance, all of it rests.
 // Beside bodies that move, an island rests if its start is a solution to rounding: the balance of momentum
 // stays exact. If any rests, `start` becomes x0 with its u.
-//
 void find_rest(const StepSetting& step, const Observed& observed, const PosedStart& posed, Solution& start,
-               Rest& rest);
+               StepIslands& islands);
+// The natural residual of the whole problem, from the maps of the islands that move.
+double residual_beside_rest(const StepIslands& islands, SquaredMaps moving);
 // Stops the bodies of islands at rest.
-void stop_resting(const Model& model, const Islands& islands, const Rest& rest, BodyVelocities& v);
+void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, BodyVelocities& v);
 
 }  // namespace amontons

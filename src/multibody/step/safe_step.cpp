@@ -63,13 +63,13 @@ void scale_impulses(const StepSetting& step, const Observed& o, const StepProble
   EnergyBalance& balance = solved.balance;
   const auto balance_at = [&](double s) {
     scale_to(x, s, o, posed, elimination, solved);
-    return energy_balance(energy, solved.energy);
+    return energy_balance(energy);
   };
   balance = balance_at(1);
   if (balance.holds()) return;
   const auto work_at = [&](double s) {
     scale_to(x, s, o, posed, elimination, solved);
-    return work_along_mean(energy, solved.energy);
+    return work_along_mean(energy);
   };
   solved.path = StepPath::impulses_scaled;
   const double share = largest_passive_share(work_at(0), work_at(0.5), work_at(1));
@@ -80,7 +80,7 @@ void scale_impulses(const StepSetting& step, const Observed& o, const StepProble
   std::fill(solved.solution.x.begin(), solved.solution.x.end(), 0.0);
   project(posed.problem->K, solved.solution.x, solved.solution.x);
   follow(o, posed, solved);
-  balance = energy_balance(energy, solved.energy);
+  balance = energy_balance(energy);
 }
 
 // Stage 3. Later steps correct errors between bodies, but a body that has left through its floor does not
@@ -91,9 +91,9 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();
   if (!clock.budget.ends_within(clock.timings.collision))
-    o.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
+    step.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
   if (o.contacts.size() > known) {
-    take_in(solved.solution.x, known, o, posed);
+    take_in(solved, known, o, posed);
     write_b(o, posed);
     solved.solution.x = posed.x0;
   }
@@ -109,8 +109,8 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
 }  // namespace
 
 EnergyBalance balance_of(const StepSetting& step, const Observed& o, const StepProblem& posed,
-                         Solved& solved) {
-  return energy_balance(energy_input(step, o, posed, solved), solved.energy);
+                         const Solved& solved) {
+  return energy_balance(energy_input(step, o, posed, solved));
 }
 
 void make_safe(const StepSetting& step, StepClock& clock, Elimination& elimination, Observed& o,

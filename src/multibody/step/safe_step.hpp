@@ -8,7 +8,7 @@ namespace amontons {
 
 // The energy balance of a solved step.
 EnergyBalance balance_of(const StepSetting& step, const Observed& observed, const StepProblem& posed,
-                         Solved& solved);
+                         const Solved& solved);
 
 // For a step that missed its time, work, tolerance or energy balance: impulses that can do no harm, in three
 // stages:

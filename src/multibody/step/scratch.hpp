@@ -13,6 +13,7 @@ struct StepScratch {
   Observed observed;
   StepProblem posed;
   Solved solved;
+  ContactFinder finder;
   // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
   Elimination elimination, position_elimination, impact_elimination;
 };

@@ -127,7 +127,7 @@ bool may_strike(const SmoothInput& in, const Contact& c, bool carried) {
   return -start > smooth_speed(in.fall, free - start);
 }
 
-// The groups of dynamic bodies that joints and contacts connect: the first body of each.
+// The group of dynamic bodies that joints and contacts connect: its first body.
 Index group_of(std::vector<Index>& first, Index body) {
   while (first[body] != body) body = first[body] = first[first[body]];
   return body;
@@ -136,12 +136,13 @@ Index group_of(std::vector<Index>& first, Index body) {
 // Bodies that touch something and bodies jointed to one, in groups where a contact may strike. Their motion
 // is not smooth, and D v+ = 0 damps it. A blow is felt beyond the joint next to it; so a group in which
 // nothing strikes has none of them.
-void find_near_contacts(const SmoothInput& in, SmoothScratch& scratch) {
-  auto& [_1, _2, _3, touching, near, first] = scratch;
+const std::vector<unsigned char>& find_near_contacts(const SmoothInput& in) {
+  static thread_local std::vector<unsigned char> touching, near;
+  static thread_local std::vector<Index> first;  // body of the group
   const std::size_t bodies = in.model.bodies();
   touching.assign(bodies, 0);
   near.assign(bodies, 0);
-  if (in.contacts.empty()) return;
+  if (in.contacts.empty()) return near;
   first.resize(bodies);
   std::iota(first.begin(), first.end(), 0);
   const auto connect = [&](Index a, Index b) {
@@ -163,11 +164,12 @@ void find_near_contacts(const SmoothInput& in, SmoothScratch& scratch) {
     if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
     if (touching[j.body_a] || touching[j.body_b]) near[j.body_a] = near[j.body_b] = 1;
   }
+  return near;
 }
 
 }  // namespace
 
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch) {
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
   const auto is_rigid = [&](std::size_t i) {
     return rows.tags[i].kind == RowKind::locked && rows.restraint[i] == Restraint::equality;
   };
@@ -177,7 +179,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
   // The resulting slip belongs to a pose in which they never were, and is removed.
   const bool first = !(in.last > 0);
-  auto& [before, came, middle, touching, near, groups] = scratch;
+  static thread_local BodyVelocities before, came;  // before the step, and of the last one
+  static thread_local std::vector<Transform> middle;
   came = before = in.start;
   const LastStep last{in.frames, came, first ? in.h : in.last, middle};
   const bool known = !first && !rows.past.empty();
@@ -191,8 +194,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
   }
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
-  find_near_contacts(in, scratch);
-  const auto touched = [&scratch](Index body) { return body >= 0 && scratch.near[body]; };
+  const std::vector<unsigned char>& near = find_near_contacts(in);
+  const auto touched = [&near](Index body) { return body >= 0 && near[body]; };
   Index joint = -1;
   bool smooth = true;
   JointSlip out;
@@ -224,7 +227,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, Smooth
 //
 // If a normal turns far in half a step, the body only passes by.
 static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
-  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 + [a]x
+  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
+  // [a]x
   // + [a]x^2 / (1 + <m, n>).
   static const double most = elementary::sin(resolved_turn);
   const Vec3 axis = cross(middle.normal, c.normal);

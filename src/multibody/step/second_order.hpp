@@ -29,17 +29,8 @@ struct SmoothInput {
   double closed;                              // m, gaps up to this one count as closed
 };
 
-// Scratch of reflect_joints(). `before`, `last`: velocities before, and of the last step; `middle`: poses in
-// its middle. `touching`: bodies that touch something, in groups where something strikes; `near`: those and
-// bodies jointed to them. `group`: of connected bodies.
-struct SmoothScratch {
-  BodyVelocities before, last;
-  std::vector<Transform> middle;
-  std::vector<unsigned char> touching, near;
-  std::vector<Index> group;
-};
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows, SmoothScratch& scratch);
+void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
 
 // The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Ignores
 // terms below `least` (m/s) and terms far above the free velocities. Replaces `turns` if one changes by more

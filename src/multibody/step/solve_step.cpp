@@ -173,38 +173,32 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart 
   return solve_for_light_bodies(solver, problem, share, std::move(s));
 }
 
-// Squares of natural maps sum over islands, and so do those of zero impulses. The residual of the whole is
-// the quotient of both sums. It is at most the largest residual of an island, and that of the islands at rest
-// was measured with their start.
-//
-// Adds the rows at rest, of `s`, to the solution of the others. An error that these left may be within the
-// tolerance of the whole. `s` and `part` exchange their memory.
-static void merge(const StepSolver& solver, const Rest& rest, Solution& s, Solution& part) {
-  const double at_zero = natural_map_at_zero(rest.part.problem, solver.simulation.law);
-  const double residual = rest.residual({part.residual * at_zero, at_zero});
+// The residual of the whole is at most the largest of an island, and that of the islands at rest was measured
+// with their start. An error that the others left may be within the tolerance of the whole.
+static void merge(const StepSolver& solver, const StepIslands& islands, Solution& s) {
   const double tolerance = solver.simulation.tolerance;
-  if (part.residual > tolerance && residual <= tolerance) part.status = Status::converged;
-  part.residual = residual;
-  rest.part.put(part.x, s.x);
-  rest.part.put(part.u, s.u);
-  std::swap(s.x, part.x);
-  std::swap(s.u, part.u);
-  std::swap(s, part);
+  const Part& moving = islands.moving;
+  Merging(s, tolerance).add(moving);
+  const double at_zero = natural_map_at_zero(moving.of.problem, solver.simulation.law);
+  const double map = moving.solution.residual * at_zero;
+  s.residual = residual_beside_rest(islands, {map * map, at_zero * at_zero});
+  if (moving.solution.residual > tolerance && s.residual <= tolerance) s.status = Status::converged;
 }
 
 // No search for errors of light bodies among those at rest: each of their velocities is known to be slow.
 void solve_beside(const StepSolver& solver, const StepProblem& posed, Solved& solved) {
-  const Rest& rest = solved.rest;
+  StepIslands& islands = solved.islands;
   Solution& s = solved.solution;
-  if (!rest.any) {
+  if (!islands.any_rests) {
     s = solve_step(solver, *posed.problem, {posed.x0, posed.again}, std::move(s));
-  } else if (rest.all()) {
-    s.residual = rest.residual({});
+  } else if (islands.all_rest()) {
+    s.residual = residual_beside_rest(islands, {});
     s = accepted(std::move(s), warm_start_method);
     solver.sums.add_cost(s);
   } else {
-    solved.part = solve_step(solver, rest.part.problem, {rest.x0, posed.again}, std::move(solved.part));
-    merge(solver, rest, s, solved.part);
+    Part& part = islands.moving;
+    part.solution = solve_step(solver, part.of.problem, {part.x0, posed.again}, std::move(part.solution));
+    merge(solver, islands, s);
   }
 }
 

@@ -46,12 +46,13 @@ bool all_finite(const BodyVelocities& velocities) {
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
-  auto& [observed, posed, solved, elimination, position_elimination, impact_elimination] = *scratch_;
+  auto& [observed, posed, solved, finder, elimination, position_elimination, impact_elimination] = *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
                          .forest = *forest_,
                          .options = options_,
+                         .finder = finder,
                          .h = h,
                          .last = state_.last_step,
                          .damped = attempt.damped,

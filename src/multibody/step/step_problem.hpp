@@ -7,9 +7,10 @@
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/energy.hpp"
 #include "multibody/step/rest.hpp"
-#include "multibody/step/second_order.hpp"
 
 namespace amontons {
+
+struct Solved;
 
 // The variational inequality of a step, the result of stage 4.
 struct StepProblem {
@@ -19,9 +20,9 @@ struct StepProblem {
   bool again = false;      // x0 is the solution of an earlier solve of the step
   std::shared_ptr<Problem> problem;
   std::vector<Vec3> turns;   // per contact, contained in b; empty: no contact turns
-  BodyVelocities predicted;  // the free velocities with the impulses x0; empty: nobody has asked yet
-  SmoothScratch smooth;
-  std::vector<unsigned char> carried;  // per contact: it had an impulse in the last step
+  BodyVelocities predicted;  // the free velocities with the impulses x0; unknown without x0 or contacts
+  // The next solve starts from an earlier one of the step.
+  void begin_at(const Solved& solved);
 };
 
 // Its solution, the result of stages 5 to 7.
@@ -30,9 +31,13 @@ struct Solved {
   BodyVelocities after;
   EnergyBalance balance{};
   StepPath path = StepPath::accurate;
-  EnergyScratch energy;
-  Rest rest;      // islands that the solve left out
-  Solution part;  // of the others
+  StepIslands islands;
 };
+
+inline void StepProblem::begin_at(const Solved& solved) {
+  x0 = solved.solution.x;
+  predicted = solved.after;
+  again = true;
+}
 
 }  // namespace amontons

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
-#include "amontons/problem/island_part.hpp"
 #include "amontons/solvers/driver/driver.hpp"
-#include "amontons/solvers/driver/phases.hpp"
+#include "amontons/solvers/driver/parts.hpp"
 #include "solvers/choice/policy.hpp"
 
 namespace amontons {
@@ -51,30 +49,6 @@ std::size_t gather(const ContactSystem& A, const Islands& islands, std::vector<I
   return static_cast<std::size_t>(count);
 }
 
-// Severity of a status for the whole problem, by the order of Status. A part without enough iterations might
-// converge with more; a part that stalled or came too late does not. One infeasible island makes the problem
-// infeasible. An interrupt of the user precedes all others.
-int severity(Status status) {
-  constexpr int order[] = {0, 1, 3, 2, 5, 4, 0};  // not tuned: an order
-  return order[static_cast<int>(status)];
-}
-
-// Hardness of a part: the factor by which it misses the tolerance; for a converged part its cost.
-using Hardness = std::tuple<double, std::size_t>;
-
-// Adds the sums of a part; status and reason are those of the hardest part.
-void add_part(Solution& total, const Solution& s, const IslandPart& part, double tolerance, Hardness& worst) {
-  part.put(s.x, total.x);
-  add_counts(total, s);
-  if (severity(s.status) > severity(total.status)) total.status = s.status;
-  const Hardness hardness{s.residual > tolerance ? s.residual : 0, s.iterations};
-  if (!(hardness > worst)) return;
-  worst = hardness;
-  total.method = s.method;
-  total.reason = s.reason;
-  total.phases = s.phases;
-}
-
 }  // namespace
 
 Solution solve_by_islands(const Problem& problem, const Options& options, Budget& budget, Method method) {
@@ -96,28 +70,26 @@ Solution solve_by_islands(const Problem& problem, const Options& options, Budget
   // Rows that an interrupt leaves unsolved keep zero impulses.
   total.x.assign(problem.rows(), 0.0);
   if (!options.x0.empty()) project(problem.K, options.x0, total.x);
-  total.status = Status::converged;
+  Merging merging(total, options.tolerance);
   std::size_t left = island.size();
-  Hardness worst{-1, 0};
-  std::vector<double> x0;
   // Small groups first: the unused budget of an easy group is left to those that follow.
   std::stable_sort(members.begin(), members.end(),
                    [](const auto& a, const auto& b) { return a.size() < b.size(); });
   for (std::size_t i = 0; i < count && total.status != Status::interrupted; ++i) {
-    IslandPart part;
-    extract(problem, members[i], body_number, part);
-    Options o = options;
-    if (!options.x0.empty()) {
-      part.take(options.x0, x0);
-      o.x0 = x0;
-    }
     // The remaining time and work are shared by size, so that a hard island cannot take all. A group has at
     // least half of an even share: a few bodies beside a large wall need more than their share of contacts.
-    const double part_of_rest = std::max(static_cast<double>(members[i].size()) / static_cast<double>(left),
+    const std::size_t blocks = members[i].size();
+    const double part_of_rest = std::max(static_cast<double>(blocks) / static_cast<double>(left),
                                          0.5 / static_cast<double>(count - i));
+    Part part;
+    part.blocks = std::move(members[i]);
+    part.make(problem, options.x0, body_number);
+    Options o = options;
+    o.x0 = part.x0;
     Budget share(budget, part_of_rest * budget.left(), part_of_rest * budget.work_left());
-    left -= members[i].size();
-    add_part(total, method(part.problem, o, share), part, options.tolerance, worst);
+    left -= blocks;
+    part.solution = method(part.of.problem, o, share);
+    merging.add(part);
   }
   // Measured by a product of the whole problem: the islands together meet the tolerance if each does.
   measure(problem, law_of(problem, options), total);

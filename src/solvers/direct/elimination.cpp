@@ -8,6 +8,7 @@
 
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
+#include "amontons/solvers/driver/parts.hpp"
 #include "solvers/direct/island_solver.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/direct/reduction.hpp"
@@ -19,9 +20,8 @@ struct Elimination::Memory {
   const Problem* problem = nullptr;
   const Options* options = nullptr;
   Budget* budget = nullptr;
-  // Natural maps: at zero impulses; the target of all islands together; the target of each.
+  // Natural maps: at zero impulses; the target of all islands together.
   double scale = 0, whole = 0;
-  std::vector<double> target;
   std::vector<std::size_t> order;
   Reduction reduction;
   TreeReduction trees;  // in its place for problems with trees
@@ -48,12 +48,11 @@ Elimination& Elimination::operator=(Elimination&&) noexcept = default;
 Elimination::~Elimination() = default;
 
 // x of the remaining rows, island by island. The squares of the islands' natural maps sum to that of the
-// whole. An island may leave an even share of the part that earlier islands did not use. Small islands are
-// solved to rounding, so the largest, which comes last, has nearly the whole target.
+// whole. An island may leave an even share of the part that earlier islands did not use. Small
+// islands are solved to rounding, so the largest, which comes last, has nearly the whole target.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
   const std::size_t count = islands();
   short_of.assign(count, 0);
-  target.assign(count, 0);
   order.resize(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -64,17 +63,17 @@ void Elimination::Memory::solve_islands(std::span<const double> start, Solution&
   for (std::size_t solved = 0; solved < count; ++solved) {
     const std::size_t i = order[solved];
     const Reduction::Island& island = this->island(i);
-    target[i] = std::sqrt(left / static_cast<double>(count - solved));
+    const double target = std::sqrt(left / static_cast<double>(count - solved));
     part.clear();
     if (!start.empty())
       for (std::size_t row : island.row) part.push_back(start[row]);
     const IslandSolver::Result result =
         small.solve(island, law_of(*problem, *options),
-                    {target[i], direct::policy.aim * even, options->max_iterations}, *budget, part);
+                    {target, direct::policy.aim * even, options->max_iterations}, *budget, part);
     s.iterations += result.iterations;
     s.factorizations += result.factorizations;
     short_of[i] = !result.solved;
-    const double reached = std::min(result.map, target[i]);
+    const double reached = std::min(result.map, target);
     left -= reached * reached;
     for (std::size_t k = 0; k < part.size(); ++k) s.x[island.row[k]] = part[k];
   }
@@ -134,11 +133,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   m.options = &options;
   m.scale = natural_map_at_zero(problem, law_of(problem, options));
   m.whole = direct::policy.reduced_share * options.tolerance * m.scale;
-  // Reused, not replaced: its arrays keep their memory.
-  s.phases.clear();
-  s.history.clear();
-  s.reason.clear();
-  s.iterations = s.products = 0;
+  clear_counts(s);
   s.factorizations = 1;
   s.objective = 0;
   s.x.assign(problem.rows(), 0.0);

@@ -169,14 +169,6 @@ def test_foreign_files(tmp_path):
     fails(path, "the group /fclib_local is missing")
 
 
-# Breaks when a truncated file is read in part, crashes, or gives another exception than FileError.
-@pytest.mark.parametrize("fraction", [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99])
-def test_truncated_file(fraction, body):
-    data = body.read_bytes()
-    body.write_bytes(data[: int(fraction * len(data))])
-    fails(body, "truncated or damaged|damaged|is not an HDF5 file")
-
-
 def numbers(path):
     """(start, end) of the bytes in which the file keeps the values of its datasets."""
     found = []

@@ -143,14 +143,14 @@ def test_bad_input_of_the_writer(tmp_path):
 # Breaks when files that are no recordings, or damaged ones, give anything but one sentence with their name.
 def test_bad_files(tmp_path):
     sim = simulation(boxes=1)
-    good, text, saved, damaged, newer, descends = (
-        tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new", "descends")
+    good, text, saved, damaged, newer, descends, beyond = (
+        tmp_path / f"{n}.h5" for n in ("good", "text", "saved", "bad", "new", "descends", "beyond")
     )
     with amontons.record(good, sim) as recorder:
         recorder.add(sim.step())
     text.write_text("no HDF5")
     sim.save(saved)
-    for path in (damaged, newer, descends):
+    for path in (damaged, newer, descends, beyond):
         path.write_bytes(good.read_bytes())
     with h5py.File(damaged, "a") as file:
         del file["frames/positions"]
@@ -160,12 +160,15 @@ def test_bad_files(tmp_path):
         offsets = file["contacts/offsets"][...]
         assert offsets[0] < offsets[-1]
         file["contacts/offsets"][...] = offsets[::-1]
+    with h5py.File(beyond, "a") as file:
+        file["contacts/offsets"][-1] = 10**6
     for path, message in (
         (text, "is no HDF5 file"),
         (saved, "is no recording"),
         (damaged, "/frames/positions is missing"),
         (newer, "version 99"),
         (descends, "/contacts/offsets must ascend"),
+        (beyond, "ascend from 0 to at most 4, the rows"),
         (tmp_path, "is a directory"),
     ):
         with pytest.raises(amontons.FileError, match=message) as caught:

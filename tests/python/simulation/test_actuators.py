@@ -7,8 +7,8 @@ import math
 import amontons
 import numpy as np
 import pytest
-from amontons import InputError
-from amontons.parts import Transmission
+from amontons import InputError, Transform
+from amontons.parts import Actuator, PathElement, Tendon, Transmission
 from test_tendons import compiled, differences, put
 
 mujoco = pytest.importorskip("mujoco")
@@ -230,6 +230,30 @@ def test_wrong_actuators(name):
         attempt()
     assert 'actuator "drive"' in str(error.value)
     assert message in str(error.value)
+
+
+# Breaks when a part as a whole is another one than that of a call with keywords, or its names are not found.
+def test_parts_as_a_whole():
+    models = []
+    for whole in (True, False):
+        builder = amontons.ModelBuilder()
+        builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
+        builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
+        if whole:
+            path = (PathElement(body="b"), PathElement(frame=Transform((0, 0, 2))))
+            builder.add(Tendon("rope", path=path, upper=3.0))
+            builder.add(Actuator("pull", Transmission("tendon", tendon="rope", gear=2.0)))
+            builder.add(Actuator("turn", Transmission(joint="j"), gain=(4, 0, 0), bias=(0, -4, 0)))
+        else:
+            builder.add_tendon("rope", path=[("b", (0, 0, 0)), (None, (0, 0, 2))], limits=(None, 3))
+            builder.add_actuator("pull", tendon="rope", gear=2.0)
+            builder.add_actuator("turn", joint="j", law="position", kp=4)
+        models.append(builder.build())
+    assert models[0] == models[1]
+    with pytest.raises(InputError, match='actuator "lost": there is no joint "k"; known are j'):
+        builder.add(Actuator("lost", Transmission(joint="k")))
+    with pytest.raises(InputError, match="give a Joint, Tendon or Actuator"):
+        builder.add("drive")
 
 
 # Breaks when controls of no actuator, or that are no numbers, are taken.

@@ -153,6 +153,16 @@ def test_undamaged_files_are_read(name, tmp_path):
             assert family.replay(tmp_path / str(k) / family.main) == {"outcome": "accepted"}
 
 
+# Breaks when damage to a problem, a table of a study or what a killed writer left ends its reader, keeps it
+# for seconds, takes memory without bound, passes as nonsense, or is refused without the file's name.
+# `.ci/run` damages files of all formats.
+def test_damaged_files_are_refused_or_make_sense(run):
+    pytest.importorskip("pyarrow")
+    names = ("fclib", "table", "unfinished")
+    found = {row["family"]: row for row in rows(run(*names, cases=12, modules=("soak.readers",)))}
+    assert [(found[name]["cases"], found[name]["failures"]) for name in names] == [(12, 0)] * len(names)
+
+
 # Breaks when a failure that the soak found and shrank comes back.
 @pytest.mark.parametrize("found", FOUND, ids=lambda path: path.parent.name)
 def test_what_was_found_stays_mended(found):

@@ -1,1 +1,0 @@
-"""The tables that report.py and measurements.py put into documents."""

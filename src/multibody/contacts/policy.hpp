@@ -1,0 +1,51 @@
+// Every tuned number of contacts, with its unit, its reason, and the test that protects it.
+// tools/check_policy.py finds numbers elsewhere.
+#pragma once
+#include <cstddef>
+
+namespace amontons::contacts {
+
+struct Policy {
+  // Lengths, relative to the margin.
+
+  // Overlap (relative): a smaller one is no error, because contacts close gaps to zero only within rounding
+  // and the tolerance. Redundant points are considered up to a gap of this size. The neighbour of a rim
+  // begins so near.
+  double allowance = 0.1;
+  // Height or overlap (relative): far above the error of a resting body, far below the purpose of a margin.
+  // Faces whose heights differ by less are level, and a redundant point may overlap by so much.
+  double level = 0.01;
+  // Overlap (relative): least one that a redundant point may have; beyond it the share `passing` counts.
+  double least_overlap = 1e-4;
+  // Distance (relative): points that are nearer are the same.
+  double same_point = 1e-3;
+
+  // Overlap (relative to the travel in the step): that a redundant point may have, because a fast body passes
+  // quickly. A body on a rough sole that stands alternately on different points would never rest with more.
+  double passing = 0.1;
+  // Size (points): smaller groups of one normal keep all points.
+  std::size_t few = 4;
+  // Cosine (1): of normals of one group. 8 degrees are less than the angle at edges of a body or of the
+  // ground, more than that between triangles of a fine mesh.
+  double one_normal = 0.99;
+  // Distance (relative to the smaller shape): of a point to that of the last step, which is the same.
+  double nearest = 0.25;
+
+  // Turns.
+
+  // Turn (rad): of a pair in a step, below which it is neglected. A point at the distance r from the axis
+  // departs from its tangent by r a^2 / 2, half a millionth of r.
+  double least_turn = 1e-3;
+  // Angle (rad): between directions that are the same, or that are perpendicular.
+  double same_direction = 1e-4;
+
+  // Threads.
+
+  // Size (pairs): of the parts of a search that threads share. Colliding so many takes some 100 us, long
+  // beside the hand-over to a thread.
+  std::size_t part = 1024;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
+
+}  // namespace amontons::contacts

@@ -1,0 +1,47 @@
+// Every tuned number of joints, with its unit, its reason, and the test that protects it.
+// tools/check_policy.py finds numbers elsewhere.
+#pragma once
+
+namespace amontons::joints {
+
+struct Policy {
+  // Compliance (relative to D M^-1 D' of the row times Model::lightness): makes redundant locked rows share
+  // the load evenly. Such rows (two hinges of a door, planar loops) make A singular. Not larger: a row sags
+  // by this fraction of g h^2, 2e-11 m for a body on one joint, times the carried masses over the heaviest of
+  // its mechanism. Relative to D M^-1 D' alone a link of 1e-6 kg would let a trunk of 17 kg sink at 30 mm/s.
+  // Not smaller: positions are rounded to 1e-16 of their size. That error, over h and over this compliance,
+  // is a load between redundant rows, below 1e-4 of the weight.
+  double compliance = 1e-7;
+  // Mass (relative to the lightest part of its row): of an auxiliary body; the error of the momentum.
+  double auxiliary_mass = 1e-5;
+  // Reach (relative to Model::length, or rad): of limits beyond the fastest known velocity, for the effect of
+  // collisions and other joints. A missed limit is corrected in the next step, as a violation.
+  double reach = 0.1;
+
+  // Coordinates from poses.
+
+  // Steps (count): of a fit. From the coordinates of the last step a few suffice; more are for distant
+  // starts.
+  int most_steps = 25;
+  // Step (radians or lengths): a fit has converged below it; the rest is rounding, or negligible beside the
+  // error of the joint. Coordinates then do not drift in a scene at rest, where each step makes one more.
+  double smallest_step = 1e-7;
+  // Squared error (rad^2): of a fit that is good, so that no other start is tried.
+  double good = 1e-6;
+
+  // Singular poses.
+
+  // Manipulability (relative to axes at right angles): below it duals are damped. Its square is the largest
+  // damping, at the singular pose.
+  double regular = 1e-3;
+  // Columns (relative to their length): a part beside the others that is smaller is rounding and no
+  // direction. The number of locked wrenches is then that of the model in every pose. Candidates that differ
+  // by less are equal, so that rounding does not decide between them.
+  double dependent = 1e-9;
+  // Rounding (relative): of a length or a sine to zero, which then has no direction.
+  double rounding = 1e-12;
+};
+// Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
+extern Policy policy;
+
+}  // namespace amontons::joints
