@@ -18,7 +18,6 @@ constinit Policy policy;
                              {"one_normal", &policy.one_normal},
                              {"nearest", &policy.nearest},
                              {"least_turn", &policy.least_turn},
-                             {"same_direction", &policy.same_direction},
-                             {"part", &policy.part}});
+                             {"same_direction", &policy.same_direction}});
 
 }  // namespace amontons::contacts

@@ -38,12 +38,6 @@ struct Policy {
   double least_turn = 1e-3;
   // Angle (rad): between directions that are the same, or that are perpendicular.
   double same_direction = 1e-4;
-
-  // Threads.
-
-  // Size (pairs): of the parts of a search that threads share. Colliding so many takes some 100 us, long
-  // beside the hand-over to a thread.
-  std::size_t part = 1024;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;
