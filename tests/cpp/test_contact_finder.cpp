@@ -226,23 +226,39 @@ TEST(standing_pairs_have_the_contacts_of_a_search_afresh) {
   }
 }
 
-// Fails if the parts that threads search overlap, leave out a pair, or come back in another order; and if
-// what one part keeps for the next search is not that of another.
+// Fails if the parts that threads search overlap, leave out a pair, divide a pair, or come back in another
+// order; if what one part keeps for the next search is not that of another; and if the poses later in the
+// step are found otherwise where threads share them.
 TEST(threads_find_the_same_contacts) {
   ModelDescription d;
   Random random;
   for (int k = 0; k < 1500; ++k) {
-    d.bodies.push_back(body_at(random.vector()));
-    d.geoms.push_back(geom_of(k, Sphere{0.12}));
+    d.bodies.push_back(body_at(random.vector(), random.rotation()));
+    d.geoms.push_back(geom_of(k, k % 2 ? Shape(Sphere{0.12}) : Shape(Box{{0.1, 0.05, 0.05}})));
   }
   Search one(d), many(d);
   BodyVelocities free = one.start;
-  for (BodyVelocity& v : free) v.linear = 0.1 * random.vector();
-  for (int search = 0; search < 3; ++search) {
+  for (BodyVelocity& v : free) v = {0.1 * random.vector(), 2.0 * random.vector()};
+  const auto reach = [](const Search& s, const BodyVelocities& v, unsigned threads) {
+    return Reach{s.model, s.frames, v, s.h, s.margin, threads};
+  };
+  for (std::size_t search = 0; search < 3; ++search) {
     one.find(free);
-    many.finder.find({many.model, many.frames, free, many.h, many.margin, 3}, many.contacts);
+    many.finder.find(reach(many, free, 3), many.contacts);
     CHECK(one.contacts.size() > 4000 && same(one.contacts, many.contacts));
-    free[static_cast<std::size_t>(search)].linear.x += 0.1;
+    const auto middles = one.finder.find_middles(reach(one, free, 1), one.contacts),
+               shared = many.finder.find_middles(reach(many, free, 3), many.contacts);
+    CHECK(middles.size() > 1000 && middles.size() == shared.size());
+    for (std::size_t i = 0; i < std::min(middles.size(), shared.size()); ++i)
+      CHECK(middles[i].contact == shared[i].contact && middles[i].normal == shared[i].normal &&
+            middles[i].r_a == shared[i].r_a);
+    BodyVelocities after = free;
+    for (BodyVelocity& v : after) v = {0.5 * random.vector(), 8.0 * random.vector()};
+    const std::size_t known = one.contacts.size();
+    one.look_ahead(after);
+    many.finder.find_unforeseen(reach(many, after, 3), many.contacts);
+    CHECK(one.contacts.size() > known && same(one.contacts, many.contacts));
+    free[search].linear.x += 0.1;
   }
 }
 

@@ -7,7 +7,6 @@
 #include <limits>
 #include <span>
 
-#include "amontons/base/threads.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/policy.hpp"
 #include "multibody/contacts/touch.hpp"
@@ -15,9 +14,6 @@
 namespace amontons {
 
 namespace {
-
-// Size (pairs) of the parts of a search that threads share.
-constexpr std::size_t pairs_per_part = 1024;  // not tuned: 100 us, long beside the hand-over to a thread
 
 // The part of an angular velocity that moves the surface of a shape: a turn about an axis of revolution moves
 // no point along its normal.
@@ -74,12 +70,15 @@ void ContactFinder::place_geoms(const Reach& reach) {
   frames_.resize(geoms.size());
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
-  for (std::size_t g = 0; g < geoms.size(); ++g) {
+  const auto place = [&](std::size_t g) {
     const Geom& geom = geoms[g];
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
     bounds_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(geom.body);
-  }
+  };
+  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
+    for (; g < last; ++g) place(g);
+  });
 }
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
@@ -91,7 +90,7 @@ void ContactFinder::reach_out(const Reach& reach) {
   boxes_ = bounds_;
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
-  for (std::size_t g = 0; g < geoms.size(); ++g) {
+  const auto reach_of = [&](std::size_t g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
     if (body >= 0 && model.body(body).motion != Motion::fixed)
@@ -107,7 +106,10 @@ void ContactFinder::reach_out(const Reach& reach) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
       half_spaces_[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, way)) + grow};
     }
-  }
+  };
+  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
+    for (; g < last; ++g) reach_of(g);
+  });
 }
 
 bool ContactFinder::is_reached(Index a, Index b) const {
@@ -169,9 +171,8 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
 
 // A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
 // needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
-void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair> pairs,
-                                  std::vector<ContactPoint>& points, std::vector<Contact>& contacts,
-                                  StandingPairs::Kept& kept) const {
+void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const {
+  auto& [points, contacts, kept, _1, _2, _3] = part;
   const auto all = [](Index, Index) { return true; };
   contacts.clear();
   kept.clear();
@@ -198,26 +199,18 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   place_geoms(reach);
   reach_out(reach);
   find_pairs(reach.model, fixed_);
-  const std::size_t parts = (pairs_.size() + pairs_per_part - 1) / pairs_per_part;
-  const unsigned threads = automatic_threads(reach.threads, parts);
-  if (threads == 1) {
-    collide_pairs(reach, pairs_, points_, contacts, kept_);
-  } else {
-    parts_.resize(parts);
-    PoolLease(threads)->run(parts, [&](std::size_t k) {
-      const std::size_t first = k * pairs_per_part;
-      const std::size_t count = std::min(pairs_per_part, pairs_.size() - first);
-      Part& part = parts_[k];
-      collide_pairs(reach, std::span(pairs_).subspan(first, count), part.points, part.contacts, part.kept);
-    });
-    contacts.clear();
-    kept_.clear();
-    for (const Part& part : parts_) {
-      contacts.insert(contacts.end(), part.contacts.begin(), part.contacts.end());
-      kept_.append(part.kept);
-    }
+  if (parts_.empty()) parts_.emplace_back();
+  contacts.swap(parts_[0].contacts);
+  const std::span<Part> parts =
+      in_parts(reach, pairs_.size(), [&](Part& part, std::size_t first, std::size_t last) {
+        collide_pairs(reach, std::span(pairs_).subspan(first, last - first), part);
+      });
+  contacts.swap(parts[0].contacts);
+  for (const Part& part : parts.subspan(1)) {
+    contacts.insert(contacts.end(), part.contacts.begin(), part.contacts.end());
+    parts[0].kept.append(part.kept);
   }
-  standing_.keep(kept_);
+  standing_.keep(parts[0].kept);
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);

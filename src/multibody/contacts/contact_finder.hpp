@@ -1,9 +1,12 @@
 // Finds the points of geoms that may touch within a step.
 #pragma once
+#include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
@@ -46,6 +49,29 @@ class ContactFinder {
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
  private:
+  // What one thread finds of its part of a search, and its memory.
+  struct Part {
+    std::vector<ContactPoint> points;
+    std::vector<Contact> contacts;
+    StandingPairs::Kept kept;
+    Middles middles;
+    std::vector<std::size_t> deep;  // places in by_pair_ of pairs that overlap
+    std::vector<std::optional<ContactPoint>> matched;
+  };
+  // Size (entries) of the parts that threads share.
+  static constexpr std::size_t part_size = 1024;  // not tuned: 100 us, long beside the hand-over to a thread
+  // Calls f(part, first, last) for all parts of `count` entries. Returns the parts, at least one.
+  template <class F>
+  std::span<Part> in_parts(const Reach& reach, std::size_t count, F&& f) {
+    parts_.resize(std::max(parts_.size(), count / part_size + 1));
+    const std::size_t parts =
+        for_parts(reach.threads, count, part_size,
+                  [&](std::size_t k, std::size_t first, std::size_t last) { f(parts_[k], first, last); });
+    return std::span(parts_).first(parts);
+  }
+  // Poses of the bodies later in the step, in later_contacts.cpp.
+  struct Later;
+
   // Appends the points that v brings deeper than `allowance` and that are not among the contacts.
   void find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // Appends the points of known pairs that overlap by more than `allowance` in the poses to which v leads. An
@@ -64,8 +90,12 @@ class ContactFinder {
   void reach_out(const Reach& reach);
   // Contacts of the pairs, which ascend, within the margin now or at the end of the step; and of those that
   // stand, for the next search.
-  void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
-                     std::vector<Contact>& contacts, StandingPairs::Kept& kept) const;
+  void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
+  // What find_middles() has of one pair; whether find_overlaps() has anything of it.
+  void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
+                   const std::vector<Contact>& contacts, Part& part) const;
+  bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
+               const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
   // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
   void find_pairs(const Model& model, std::span<const unsigned char> stay);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
@@ -92,18 +122,10 @@ class ContactFinder {
   std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
-  // Contacts of a part of the pairs, which one thread finds.
-  struct Part {
-    std::vector<ContactPoint> points;
-    std::vector<Contact> contacts;
-    StandingPairs::Kept kept;
-  };
   std::vector<Part> parts_;
-  StandingPairs::Kept kept_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;
-  std::vector<std::optional<ContactPoint>> matched_;
   InternalEdges edges_;
   RedundantPoints redundant_;
 };

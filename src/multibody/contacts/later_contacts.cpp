@@ -21,33 +21,6 @@ bool has_edges(const Shape& shape) {
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;  // not tuned: rounding
 
-// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
-// pose is found once. That of a ball about its centre of mass is known by its place.
-struct Later {
-  const Reach& reach;
-  double t;
-  std::vector<std::optional<Transform>>& poses;
-  Later(const Reach& r, double time, std::vector<std::optional<Transform>>& memory)
-      : reach(r), t(time), poses(memory) {
-    poses.assign(reach.bodies.size(), std::nullopt);
-  }
-
-  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
-  Vec3 centre(Index body) const {
-    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
-  }
-  Transform frame(const Geom& geom) const {
-    if (geom.body < 0) return geom.frame;
-    const BodyFrame& body = reach.bodies[geom.body];
-    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
-        body.pose.position == body.centre)
-      return {centre(geom.body), body.pose.rotation};
-    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
-    if (!pose) pose = moved(body, reach.v[geom.body], t);
-    return *pose * geom.frame;
-  }
-};
-
 // Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
 bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
 
@@ -69,52 +42,115 @@ void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
   }
 }
 
+// Calls f(keys) for the pairs that begin at [first, last) of keys sorted by pair.
+template <class F>
+void for_each_pair(std::span<const PairKey> keys, std::size_t first, std::size_t last, F&& f) {
+  while (first > 0 && first < last && keys[first].pair == keys[first - 1].pair) ++first;
+  for (std::size_t end = first; first < last; first = end) {
+    while (end < keys.size() && keys[end].pair == keys[first].pair) ++end;
+    f(keys.subspan(first, end - first));
+  }
+}
+
 }  // namespace
+
+// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
+// pose is found once. That of a ball about its centre of mass is known by its place.
+struct ContactFinder::Later {
+  const Reach& reach;
+  double t;
+  std::vector<std::optional<Transform>>& poses;
+  // `pairs` are asked for. Where threads share them, all poses are found before.
+  Later(const Reach& r, double time, std::size_t pairs, std::vector<std::optional<Transform>>& memory)
+      : reach(r), t(time), poses(memory) {
+    poses.assign(reach.bodies.size(), std::nullopt);
+    if (pairs <= part_size || reach.threads == 1) return;
+    for_parts(reach.threads, poses.size(), part_size, [&](std::size_t, std::size_t i, std::size_t last) {
+      for (; i < last; ++i) poses[i] = moved(reach.bodies[i], reach.v[i], t);
+    });
+  }
+
+  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
+  Vec3 centre(Index body) const {
+    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
+  }
+  Transform frame(const Geom& geom) const {
+    if (geom.body < 0) return geom.frame;
+    const BodyFrame& body = reach.bodies[geom.body];
+    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
+        body.pose.position == body.centre)
+      return {centre(geom.body), body.pose.rotation};
+    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
+    if (!pose) pose = moved(body, reach.v[geom.body], t);
+    return *pose * geom.frame;
+  }
+};
+
+void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
+                                const std::vector<Contact>& contacts, Part& part) const {
+  const auto [geom_a, geom_b] = keys[0].pair;
+  const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
+  const double turn = half.turn(a.body) + half.turn(b.body);
+  const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
+  if ((keys.size() > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) return;
+  const Contact& c = contacts[keys[0].contact];
+  part.points.clear();
+  const Transform frame_a = half.frame(a), frame_b = half.frame(b);
+  collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
+          part.points);
+  if (rolls) {
+    const Vec3 way =
+        of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
+    match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape), keys, contacts, part.points,
+                 part.matched);
+  } else {
+    if (part.points.size() != 1) return;
+    part.matched.assign(1, part.points[0]);
+  }
+  const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (!part.matched[k]) continue;
+    const Vec3& normal = contacts[keys[k].contact].normal;
+    Middle middle{keys[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
+    touch_at(*part.matched[k], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
+    // A normal that turns with neither body belongs to an edge that came near. The neighbours decide whether
+    // it is an internal edge.
+    const auto stays = [&](const Transform& before, const Transform& then) {
+      const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
+      return norm_squared(carried - middle.normal) < same_normal * same_normal;
+    };
+    if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
+        stays(frames_[geom_b], frame_b))
+      part.middles.push_back(middle);
+  }
+}
 
 const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
                                                           const std::vector<Contact>& contacts) {
-  middles_.clear();
-  const Later half(reach, 0.5 * reach.h, later_);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    const double turn = half.turn(a.body) + half.turn(b.body);
-    const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
-    if ((end - first > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) continue;
-    const Contact& c = contacts[by_pair_[first].contact];
-    points_.clear();
-    const Transform frame_a = half.frame(a), frame_b = half.frame(b);
-    collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
-            points_);
-    if (rolls) {
-      const Vec3 way =
-          of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
-      match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape),
-                   std::span(by_pair_).subspan(first, end - first), contacts, points_, matched_);
-    } else {
-      if (points_.size() != 1) continue;
-      matched_.assign(1, points_[0]);
-    }
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    for (std::size_t k = first; k < end; ++k) {
-      if (!matched_[k - first]) continue;
-      const Vec3& normal = contacts[by_pair_[k].contact].normal;
-      Middle middle{by_pair_[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
-      touch_at(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
-      // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
-      // whether it is an internal edge.
-      const auto stays = [&](const Transform& before, const Transform& then) {
-        const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
-        return norm_squared(carried - middle.normal) < same_normal * same_normal;
-      };
-      if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
-          stays(frames_[geom_b], frame_b))
-        middles_.push_back(middle);
-    }
-  }
+  const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
+  const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
+    part.middles.clear();
+    for_each_pair(by_pair_, first, last,
+                  [&](std::span<const PairKey> keys) { add_middles(reach, half, keys, contacts, part); });
+  });
+  middles_.swap(parts[0].middles);
+  for (const Part& part : parts.subspan(1))
+    middles_.insert(middles_.end(), part.middles.begin(), part.middles.end());
   return middles_;
+}
+
+// Whether a pair has a point deeper than the allowance in the later poses; its points there.
+bool ContactFinder::overlap(const Later& later, double allowance, std::span<const PairKey> keys,
+                            const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const {
+  const auto [geom_a, geom_b] = keys[0].pair;
+  const Geom &a = later.reach.model.geom(geom_a), &b = later.reach.model.geom(geom_b);
+  if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) return false;
+  const double offset = contacts[keys[0].contact].material.rest_offset;
+  points.clear();
+  collide(a.shape, later.frame(a), b.shape, later.frame(b), offset, points);
+  return std::any_of(points.begin(), points.end(),
+                     [&](const ContactPoint& p) { return p.gap - offset < -allowance; });
 }
 
 // Contacts use the velocity of a point along a constant normal. If a body turns by the angle a, the error is
@@ -122,35 +158,36 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
 // pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
 // pair's rows are known: the rows remove an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  const Later later(reach, reach.h, later_);
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  // One search per pair; the first of its contacts provides the data that all share.
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) continue;
-    const Transform frame_a = later.frame(a), frame_b = later.frame(b);
-    const double offset = contacts[by_pair_[first].contact].material.rest_offset;
-    points_.clear();
-    collide(a.shape, frame_a, b.shape, frame_b, offset, points_);
-    // `held` below is not positive.
-    const auto overlaps = [&](const ContactPoint& p) { return p.gap - offset < -allowance; };
-    if (std::none_of(points_.begin(), points_.end(), overlaps)) continue;
-    const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    Contact c = contacts[by_pair_[first].contact];
-    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
-    found_.clear();
-    for (const ContactPoint& p : points_) {
-      if (p.gap - offset >= held - allowance) continue;
-      move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
-      // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
-      c.gap -= reach.h * opening(c, reach.v);
-      found_.push_back(c);
-    }
-    redundant_.add(reach, found_, contacts);
-  }
+  const std::span<const PairKey> sorted(by_pair_);
+  const Later later(reach, reach.h, sorted.size(), later_);
+  const auto parts = in_parts(reach, sorted.size(), [&](Part& part, std::size_t first, std::size_t last) {
+    part.deep.clear();
+    for_each_pair(sorted, first, last, [&](std::span<const PairKey> keys) {
+      if (overlap(later, allowance, keys, contacts, part.points))
+        part.deep.push_back(static_cast<std::size_t>(keys.data() - sorted.data()));
+    });
+  });
+  // Few pairs are left. The first of the contacts of a pair has what all share.
+  for (const Part& part : parts)
+    for (const std::size_t first : part.deep)
+      for_each_pair(sorted, first, first + 1, [&](std::span<const PairKey> keys) {
+        overlap(later, allowance, keys, contacts, points_);
+        const double held = deepest(contacts, keys, reach);
+        const Geom &a = reach.model.geom(keys[0].pair.first), &b = reach.model.geom(keys[0].pair.second);
+        const SurfaceMotion surface = surface_motion(a, later.frame(a), b, later.frame(b), reach.bodies);
+        Contact c = contacts[keys[0].contact];
+        c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
+        found_.clear();
+        for (const ContactPoint& p : points_) {
+          if (p.gap - c.material.rest_offset >= held - allowance) continue;
+          move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
+          // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
+          c.gap -= reach.h * opening(c, reach.v);
+          found_.push_back(c);
+        }
+        redundant_.add(reach, found_, contacts);
+      });
 }
 
 }  // namespace amontons

@@ -61,8 +61,8 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  find_turns({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.contacts,
-             step.finder, posed.turns);
+  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, o.free,
+             enough_of_a_turn(step), o.contacts, step.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
