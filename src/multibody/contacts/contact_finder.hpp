@@ -49,7 +49,7 @@ class ContactFinder {
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
  private:
-  // What one thread finds of its part of a search, and its memory.
+  // Results of one part of a search, and the memory of the thread that makes them.
   struct Part {
     std::vector<ContactPoint> points;
     std::vector<Contact> contacts;
@@ -91,7 +91,7 @@ class ContactFinder {
   // Contacts of the pairs, which ascend, within the margin now or at the end of the step; and of those that
   // stand, for the next search.
   void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
-  // What find_middles() has of one pair; whether find_overlaps() has anything of it.
+  // Adds the middles of one pair; tells whether the pair overlaps in later poses.
   void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                    const std::vector<Contact>& contacts, Part& part) const;
   bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,

@@ -60,7 +60,7 @@ struct ContactFinder::Later {
   const Reach& reach;
   double t;
   std::vector<std::optional<Transform>>& poses;
-  // `pairs` are asked for. Where threads share them, all poses are found before.
+  // Where threads share the pairs, all poses are found first.
   Later(const Reach& r, double time, std::size_t pairs, std::vector<std::optional<Transform>>& memory)
       : reach(r), t(time), poses(memory) {
     poses.assign(reach.bodies.size(), std::nullopt);
