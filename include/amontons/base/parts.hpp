@@ -8,8 +8,8 @@ namespace amontons {
 
 // Calls f(k, first, last) for the parts [first, last) of `count` entries, each of `size`, on up to `asked`
 // threads (0: one per core). A single thread gets all entries as part 0. Returns the number of parts, at most
-// count / size + 1. Results do not depend on the number of threads if f writes only what belongs to its
-// entries, or to its part where the caller joins the parts in their order.
+// count / size + 1. Results do not depend on the number of threads if f writes to its entries alone. That
+// holds too if f writes to its part, and the caller joins the parts in their order.
 template <class F>
 std::size_t for_parts(unsigned asked, std::size_t count, std::size_t size, F&& f) {
   const std::size_t parts = (count + size - 1) / size;
