@@ -5,10 +5,10 @@
 
 Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
 seconds of processor time for each, less where another one has been ten times faster. Writes solves.csv (a row
-per solve and method), profile.csv (a row per solve: the time of every method that succeeds, and of auto),
-auto.csv (auto over the best method, what auto did) and profile.png: for each method the part of the solves
-that it does within tau times the best time, over tau (Dolan, More 2002, "Benchmarking optimization software
-with performance profiles"). A corpus that is not there is made first, with the robots of the data folder.
+per solve and method), profile.csv (a row per solve: the time of every method that succeeds, and of auto, and
+what auto did) and profile.png: for each method the part of the solves that it does within tau times the best
+time, over tau (Dolan, More 2002, "Benchmarking optimization software with performance profiles"). A corpus
+that is not there is made first, with the robots of the data folder.
 
 Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
@@ -27,6 +27,7 @@ from typing import Any
 import amontons
 import matplotlib.pyplot as plt
 import numpy as np
+import report
 from common import SAMPLE, TABLES, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
@@ -133,39 +134,18 @@ def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[
     return rows
 
 
-def compared(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Per solve: the best method, and auto beside it."""
-    out = []
-    by_task: dict[str, list[dict[str, Any]]] = {}
-    for row in rows:
-        by_task.setdefault(row["task"], []).append(row)
-    for task, group in by_task.items():
-        auto = next(row for row in group if row["method"] == "auto")
-        others = [row for row in group if row["method"] != "auto" and solved(row)]
-        best = min(others, key=lambda row: float(row["time"]), default=None)
-        out.append(
-            {
-                "task": task, "half": auto["half"], "rows": auto["rows"],
-                "best": best["method"] if best else "", "best_time": float(best["time"]) if best else "",
-                "auto_time": float(auto["time"]), "auto_status": auto["status"],
-                "ratio": float(auto["time"]) / float(best["time"]) if best and solved(auto) else "",
-                "failure": bool(best) and not solved(auto), "auto_reason": auto["reason"],
-            }
-        )  # fmt: skip
-    return out
-
-
-def summary(table: list[dict[str, Any]], half: str) -> str:
-    part = [row for row in table if half in ("both", row["half"])]
-    feasible = [row for row in part if row["best"]]
-    ratios = np.array([row["ratio"] if row["ratio"] != "" else np.inf for row in feasible])
-    if not ratios.size:
+def summary(table: list[Row], half: str) -> str:
+    """How near `auto` comes to the best method, from the rows of `wide`."""
+    part = [row for row in table if row["half"] == half]
+    methods, feasible = report.feasible(table, half)
+    if not feasible:
         return f"profile, {half}: nothing"
-    alone = sum(not row["best"] and row["auto_status"] == "converged" for row in part)
+    ratios = np.array([report.ratio(row, "auto", methods) for row in feasible])
+    alone = sum(bool(row["auto"]) for row in part) - int(np.isfinite(ratios).sum())
     return (
         f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: "
         f"within {TARGET} {100 * np.mean(ratios <= TARGET):.0f} %, median {np.median(ratios):.2f}, 90 % "
-        f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {sum(row['failure'] for row in feasible)}, "
+        f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {np.isinf(ratios).sum()}, "
         f"alone solves {alone}"
     )
 
@@ -201,6 +181,8 @@ def wide(rows: list[Row]) -> list[Row]:
             row["task"], {key: row[key] for key in ("task", "half", "rows", "law", "tolerance", "warm")}
         )
         line[row["method"]] = row["time"] if solved(row) else ""
+        if row["method"] == "auto":
+            line |= {"auto_status": row["status"], "auto_reason": row["reason"]}
     return list(out.values())
 
 
@@ -250,11 +232,10 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     for task in tracked(wanted, "profile"):
         rows += measure(task, options.methods, options.limit, known)
-    table = compared(rows)
+    table = wide(rows)
     # Long, and of use for --reuse alone.
     write_csv((SAMPLE if options.out.resolve() == TABLES else options.out) / "solves.csv", rows)
-    write_csv(options.out / "profile.csv", wide(rows))
-    write_csv(options.out / "auto.csv", table)
+    write_csv(options.out / "profile.csv", table)
     draw(rows, options.figures / "profile.png", options.half)
     for half in ("tuning", "held-out"):
         print(summary(table, half))

@@ -116,7 +116,7 @@ class Results:
 # What was wanted and what was reached.
 
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
-PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm")
+PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm", "auto", "auto_status", "auto_reason")
 Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
 
 
@@ -219,7 +219,7 @@ def robot_targets(r: Results) -> Iterable[Line]:
 def feasible(rows: Rows, half: str) -> tuple[list[str], Rows]:
     """The methods, and the solves of this half of the corpus that one of them does."""
     rows = [row for row in rows if row["half"] == half]
-    methods = [key for key in (rows[0] if rows else ()) if key not in (*PROFILE_KEYS, "auto")]
+    methods = [key for key in (rows[0] if rows else ()) if key not in PROFILE_KEYS]
     return methods, [row for row in rows if any(row[m] for m in methods)]
 
 

@@ -8,7 +8,8 @@ in a process of its own with a limit of wall clock, prints a table, and writes r
 of the data folder's own, without options, also robots_2ms.csv, the same with a step of 2 ms.
 With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
 row per model in robots_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the
-work of their steps is counted: robots_fall.csv. Speeds are comparable with --jobs 1 only.
+work of their steps is counted: robots_fall.csv; with --trees both that of large islands, with trees and with
+rows: robots_large.csv. Speeds are comparable with --jobs 1 only.
 
 Columns of robots.csv:
 - not_read: elements that the loader left out; outcome: a refusal, or a run that did not end.
@@ -327,6 +328,7 @@ def forms_sums(rows: list[Row]) -> Iterator[str]:
 FALLS: tuple[tuple[str, Cell], ...] = (
     ("case", lambda row: row["case"]),
     ("control", lambda row: row["control"]),
+    ("trees", lambda row: row["trees"]),
     ("contacts", beside("contacts", "mujoco_contacts", 3)),
     ("most", number("most_contacts", 3)),
     ("factorisations", number("factorizations", 2, above=falls.FEW)),
@@ -338,6 +340,7 @@ FALLS: tuple[tuple[str, Cell], ...] = (
     ("raced", number("raced", above=0)),
     ("us", number("step", 3, 1e6)),
     ("of solve", number("solve_share", 2)),
+    ("solve us", number("solve", 3, 1e6)),
     ("MuJoCo us", number("mujoco_step", 3, 1e6)),
     ("ratio", number("ratio", 2)),
     ("of the run", number("ratio_of_run", 2)),
@@ -347,14 +350,15 @@ FALLS: tuple[tuple[str, Cell], ...] = (
 def fall(options: Any) -> int:
     """A row per robot and control, written as they come."""
     found: list[Row] = []
+    file = options.out / ("robots_large.csv" if options.trees == "both" else "robots_fall.csv")
     with progress() as bar:
         task = bar.add_task("falls", total=None, item="")
-        for row in falls.rows(options.folder, options.duration, options.limit, options.only):
+        for row in falls.rows(options.folder, options):
             bar.update(task, item=f"{row['case']}, {row['control']}", advance=1)
             found.append(row)
-            write_csv(options.out / "robots_fall.csv", [{k: r[k] for k in falls.COLUMNS} for r in found])
+            write_csv(file, [{k: r[k] for k in falls.COLUMNS} for r in found])
     show(found, FALLS, falls.sums)
-    print(f"written to {options.out / 'robots_fall.csv'}")
+    print(f"written to {file}")
     return 0
 
 

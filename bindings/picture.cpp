@@ -104,6 +104,7 @@ void bind_picture(nb::module_& m) {
       .def_rw("ambient", &PictureStyle::ambient)
       .def_rw("glass", &PictureStyle::glass)
       .def_rw("fade", &PictureStyle::fade)
+      .def_rw("tile", &PictureStyle::tile)
       .def_rw("floor", &PictureStyle::floor)
       .def_rw("background", &PictureStyle::background);
   nb::class_<PictureScene>(m, "PictureScene", "Surfaces, instances of them and planes.")

@@ -5,12 +5,13 @@ import runpy
 import sys
 from pathlib import Path
 
-import amontons
-from cutout import saved
+from amontons.report.picture import Picture, View, frame_of
+from cutout import cutout, saved
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "examples" / "recipes"
 PICTURES = ROOT / "docs" / "figures" / "recipes"
+WIDTH, HEIGHT = 560, 380
 # Where the eye is: degrees about z from the x axis, above the horizon.
 EYES = {
     "bowl": (-60, 40), "mug": (-60, 12), "nut": (-60, 20), "gears": (-75, 50), "rack": (-75, 15),
@@ -37,9 +38,9 @@ def draw(name: str) -> None:
         simulation = runpy.run_path(str(FOLDER / f"{name}.py"))["simulation"]
     finally:
         sys.path.remove(str(FOLDER))
-    azimuth, elevation = EYES[name]
-    pixels = amontons.render(simulation, (560, 380), azimuth=azimuth, elevation=elevation)
-    saved(pixels, PICTURES / f"{name}.png")
+    picture, frame = Picture(simulation.model, View(*EYES[name])), frame_of(simulation)
+    framing = picture.framing([frame], WIDTH / HEIGHT)
+    saved(cutout(picture, frame, framing, (WIDTH, HEIGHT)), PICTURES / f"{name}.png")
 
 
 def says(name: str) -> str:

@@ -2,7 +2,7 @@
 
 Shared robots as they are, the same with boxes or hulls in place of round geoms (more contacts, redundant
 ones), and small models as text: wheels, a puzzle cube, a gripper over parts, a house of cards, a pad that
-holds a box.
+holds a box. Others have large islands with trees: a robot against a pile, a heap of humanoids.
 """
 
 from __future__ import annotations
@@ -31,6 +31,17 @@ ROUND = {
     "ant": ("gymnasium/ant.xml", None),
 }
 """Files whose geoms become boxes and hulls, and the floor that they get."""
+
+
+def large_cases(robots: Path, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Names and MJCF files of scenes whose islands have trees and many contacts."""
+    heap = robots / "mujoco/humanoid/22_humanoids.xml"
+    if heap.is_file():
+        yield "22 humanoids in a heap", heap
+    for name, text in LARGE.items():
+        path = folder / f"{name}.xml"
+        path.write_text(text())
+        yield name, path
 
 
 def cases(robots: Path, folder: Path) -> Iterator[tuple[str, Path]]:
@@ -112,7 +123,7 @@ def free(at: tuple[float, float, float], geom: str, more: str = "") -> str:
     return f'<body pos="{at[0]} {at[1]} {at[2]}" {more}><freejoint/>{geom}</body>'
 
 
-def wheels() -> str:
+def wheels(beside: str = "") -> str:
     """A quadruped with a driven wheel at the end of each leg."""
     legs, drives, below = "", "", 'pos="0 0 -.1"'
     for i, (x, y) in enumerate(((0.22, 0.15), (0.22, -0.15), (-0.22, 0.15), (-0.22, -0.15))):
@@ -133,7 +144,35 @@ def wheels() -> str:
             for name, low, high in (("roll", -0.6, 0.6), ("hip", -0.6, 1.4), ("knee", -2.4, -0.3))
         )
         drives += f'<velocity joint="wheel{i}" kv="1" ctrlrange="-10 10"/>'
-    return model(free((0, 0, 0.5), box((0.25, 0.12, 0.06), 10) + legs), drives)
+    return model(free((0, 0, 0.5), box((0.25, 0.12, 0.06), 10) + legs) + beside, drives)
+
+
+def pyramid(levels: int, half: float, at: tuple[float, float], mass: float) -> str:
+    """Boxes in squares, each on the corners of four."""
+    return "".join(
+        free((at[0] + (2 * x - n + 1) * half, at[1] + (2 * y - n + 1) * half, (2 * (levels - n) + 1) * half),
+             box((0.98 * half, 0.98 * half, half), mass))
+        for n in range(levels, 0, -1) for x, y in np.ndindex(n, n)
+    )  # fmt: skip
+
+
+def wheels_and_pile() -> str:
+    """The quadruped falls beside a pyramid of 30 boxes, which touches the wheels of one side."""
+    return wheels(pyramid(4, 0.06, (0.0, 0.53), 0.5))
+
+
+def pad_and_pile() -> str:
+    """A pad on two slides that holds the upper boxes of a pyramid by adhesion."""
+    arm = (
+        '<body pos="0 0 .21"><joint name="z" type="slide" axis="0 0 1" damping="2"/>'
+        '<joint name="x" type="slide" axis="1 0 0" damping="2"/>'
+        f'<body name="pad">{box((0.04, 0.04, 0.01), 0.2)}</body></body>'
+    )
+    drives = (
+        '<adhesion body="pad" ctrlrange="0 1" gain="20"/><position joint="z" kp="200" ctrlrange="-.05 .1"/>'
+        '<position joint="x" kp="50" ctrlrange="-.1 .1"/>'
+    )
+    return model(arm + pyramid(4, 0.025, (0.0, 0.0), 0.05), drives)
 
 
 def puzzle_cube() -> str:
@@ -218,4 +257,8 @@ def cards(levels: int = 4) -> str:
 TEXTS = {
     "quadruped on wheels": wheels, "puzzle cube": puzzle_cube, "gripper over parts": gripper,
     "box held by adhesion": pad, "house of cards": cards,
+}  # fmt: skip
+LARGE = {
+    "puzzle cube": puzzle_cube, "quadruped on wheels": wheels, "quadruped against a pile": wheels_and_pile,
+    "pile under an adhesive pad": pad_and_pile,
 }  # fmt: skip

@@ -1,6 +1,7 @@
 """Robots on the floor, counted: the rows of robots.py --fall.
 
-Each case runs without control and with random controls, which change every 0.1 s, with steps of 2 ms beside
+With both forms of joints the cases are those with large islands, and each runs with trees and with rows. Each
+case runs without control and with random controls, which change every 0.1 s, with steps of 2 ms beside
 MuJoCo in turns of one step. Times are of the processor. Counts are over the steps with contacts.
 """
 
@@ -11,6 +12,7 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter, thread_time
 from typing import Any
@@ -19,7 +21,7 @@ import amontons
 import mujoco
 import numpy as np
 
-from robot.fall_cases import cases
+from robot.fall_cases import cases, large_cases
 from robot.motion import mujoco_actuator
 
 DT = 2e-3
@@ -33,30 +35,34 @@ LONG, SHORT = 10.0, 2e-3
 DIRECT = ("elimination", "warm start", "none")
 """Methods of the report that leave nothing to the race."""
 COLUMNS = (
-    "case", "control", "steps", "contacts", "most_contacts", "mujoco_contacts", "joint_rows",
+    "case", "control", "trees", "steps", "contacts", "most_contacts", "mujoco_contacts", "joint_rows",
     "factorizations", "factorizations_90", "factorizations_mean", "most_factorizations", "above_few",
     "products_mean", "most_products", "missed", "stalled", "raced", "methods", "step", "longest",
-    "solve_share", "mujoco_step", "ratio", "ratio_of_run",
+    "solve_share", "solve", "mujoco_step", "ratio", "ratio_of_run",
 )  # fmt: skip
-"""Contacts, factorisations, step and mujoco_step (s) are medians; above_few: share of steps (%); raced:
-steps that a method of the race ended."""
+"""Contacts, factorisations, step, solve and mujoco_step (s) are medians; above_few: share of steps (%);
+raced: steps that a method of the race ended."""
 Row = dict[str, Any]
 
 
-def rows(robots: Path, duration: float, limit: float, only: list[str] | None) -> Iterator[Row]:
+def rows(robots: Path, options: Any) -> Iterator[Row]:
+    both = options.trees == "both"
+    forms = ("auto", "none") if both else (options.trees,)
     warnings.simplefilter("ignore", amontons.StepWarning)
     with tempfile.TemporaryDirectory() as folder:
-        for name, path in cases(robots, Path(folder)):
-            if only and not any(part in name for part in only):
+        for name, path in (large_cases if both else cases)(robots, Path(folder)):
+            if options.only and not any(part in name for part in options.only):
                 continue
             for control in ("none", "random"):
-                yield {"case": name, "control": control} | fall(path, control, duration, limit)
+                for trees in forms:
+                    row = {"case": name, "control": control, "trees": trees}
+                    yield row | fall(path, control, trees, options.duration, options.limit)
 
 
-def fall(path: Path, control: str, duration: float, limit: float) -> Row:
+def fall(path: Path, control: str, trees: str, duration: float, limit: float) -> Row:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of what is not read
-        model = amontons.load_model(path)
+        model = replace(amontons.load_model(path), trees=trees)
     ours = amontons.Simulation(model, dt=DT, on_failure="ignore")
     theirs = mujoco.MjModel.from_xml_path(str(path))
     theirs.opt.timestep = DT
@@ -113,7 +119,8 @@ def facts(steps: list[Row]) -> Row:
         "stalled": int(np.sum(of("time", steps) > max(LONG * usual, SHORT))), "raced": len(raced),
         "methods": ", ".join(f"{n} {count}" for n, count in sorted(Counter(raced).items())),
         "step": np.median(times), "longest": of("time", steps).max(),
-        "solve_share": of("solve").sum() / of("wall").sum(), "mujoco_step": np.median(theirs),
+        "solve_share": of("solve").sum() / of("wall").sum(), "solve": np.median(of("solve")),
+        "mujoco_step": np.median(theirs),
         "ratio": np.median(times) / np.median(theirs), "ratio_of_run": times.sum() / theirs.sum(),
     }  # fmt: skip
 
@@ -130,5 +137,5 @@ def sums(found: list[Row]) -> Iterator[str]:
     whole = sum(row["factorizations_mean"] * row["steps"] for row in found)
     yield f"factorisations in all: {whole:.0f}"
     for key, what in {"missed": "missed", "stalled": "stalled", "raced": "left to the race"}.items():
-        names = [f"{row['case']} ({row['control']}) {row[key]}" for row in found if row[key]]
+        names = [f"{row['case']} ({row['control']}, {row['trees']}) {row[key]}" for row in found if row[key]]
         yield f"steps {what}: {sum(row[key] for row in found)}" + (f": {', '.join(names)}" if names else "")

@@ -23,6 +23,11 @@ def lifted(speed: float) -> tuple[Simulation, float, float]:
     top = (0, 0, radius + 0.005)
     plate = shapes.Box((0.06, 0.01, 0.005))
     follower = builder.add_body("follower", position=top, shape=plate, mass=mass, material=smooth)
+    steel, brass = (0.55, 0.57, 0.6, 1), (0.77, 0.67, 0.41, 1)
+    builder.add_visual(cam, shapes.Cylinder(radius, 0.01), position=(offset, 0, 0), colour=brass)
+    builder.add_visual(cam, shapes.Cylinder(0.006, 0.014), colour=(0.25, 0.25, 0.28, 1))  # the shaft
+    builder.add_visual(follower, plate, colour=steel)
+    builder.add_visual(follower, shapes.Box((0.005, 0.005, 0.03)), position=(0, 0, 0.03), colour=steel)
     builder.add_prismatic_joint(follower, axis=(0, 0, 1), name="lift", stiffness=spring, rest=-0.03)
     simulation = Simulation(builder.build(), dt=2e-4)
     gaps = []

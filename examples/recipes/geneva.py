@@ -31,16 +31,20 @@ parts = shapes.decompose(extruded(wheel(), 0.01), error=0.002)
 print(f"the wheel is {len(parts.hulls)} parts; they reach out by {1e3 * parts.deviation:.2f} mm")
 
 builder = ModelBuilder(gravity=(0, 0, 0))
-steel = Material(friction=0.05)
+smooth = Material(friction=0.05)
 driver = builder.add_body("driver")
-builder.add_geom(driver, shapes.Cylinder(pin, 0.006), position=(-reach, 0, 0), density=7800, material=steel)
-arm = shapes.Box((reach / 2, 0.006, 0.003))
-builder.add_geom(driver, arm, position=(-reach / 2, 0, -0.012), density=7800, category=0, mask=0)
+builder.add_geom(driver, shapes.Cylinder(pin, 0.006), position=(0, -reach, 0), density=7800, material=smooth)
+arm = shapes.Box((0.006, reach / 2, 0.003))
+builder.add_geom(driver, arm, position=(0, -reach / 2, -0.014), density=7800, category=0, mask=0)
+steel, brass = (0.55, 0.57, 0.6, 1), (0.77, 0.67, 0.41, 1)
+builder.add_visual(driver, shapes.Cylinder(pin, 0.008), position=(0, -reach, -0.004), colour=steel)
+builder.add_visual(driver, shapes.Cylinder(reach + 0.008, 0.002), position=(0, 0, -0.013), colour=steel)
 builder.add_revolute_joint(driver, point=(0, 0, 0), axis=(0, 0, 1), name="crank",
                            motor=Motor("velocity", control=speed))  # fmt: skip
 star = builder.add_body("wheel", position=(centre, 0, 0))
 for hull in parts.hulls:
-    builder.add_geom(star, hull, density=7800, material=steel)
+    builder.add_geom(star, hull, density=7800, material=smooth)
+    builder.add_visual(star, hull, colour=brass)
 # Dry friction holds the wheel while no pin does, in place of the arc of a lock.
 builder.add_revolute_joint(star, point=(centre, 0, 0), axis=(0, 0, 1), name="wheel", friction=0.02)
 simulation = Simulation(builder.build(), dt=1e-3)

@@ -12,6 +12,7 @@ def lifted(force: float) -> tuple[Simulation, float]:
     builder.add_floor(material=Material(friction=0.0))
     mug(builder, (0, 0, 0), Material(friction=0.0))
     palm = builder.add_body("palm", position=(0, 0, 0.2), shape=shapes.Box((0.02, 0.09, 0.015)), density=2700)
+    builder.add_visual(palm, shapes.Box((0.02, 0.09, 0.015)), colour=(0.62, 0.68, 0.75, 1))
     lift = Motor("velocity", control=0.0)
     builder.add_prismatic_joint(palm, axis=(0, 0, 1), name="lift", motor=lift)
     for name, side in (("left", -1), ("right", 1)):
@@ -20,6 +21,7 @@ def lifted(force: float) -> tuple[Simulation, float]:
         finger = builder.add_body(
             name, position=place, shape=shapes.Box((0.015, 0.008, 0.08)), mass=0.1, material=rubber
         )
+        builder.add_visual(finger, shapes.Box((0.015, 0.008, 0.08)), colour=(0.3, 0.3, 0.33, 1))
         motor = Motor("effort", control=force)
         builder.add_prismatic_joint(finger, palm, axis=(0, -side, 0), name=name, motor=motor, damping=5.0)
     simulation = Simulation(builder.build(), dt=2e-3)

@@ -22,6 +22,7 @@ for k in range(12):
     place = (x * math.cos(slope), y, x * math.sin(slope) + 0.011)
     parts.append(builder.add_body(position=place, orientation=tilt, shape=shapes.Box((0.015, 0.01, 0.01)),
                                   density=7800, material=steel))  # fmt: skip
+    builder.add_visual(parts[-1], shapes.Box((0.015, 0.01, 0.01)), colour=(0.3, 0.5, 0.75, 1))
 simulation = Simulation(builder.build(), dt=5e-4)
 
 

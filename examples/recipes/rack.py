@@ -16,7 +16,20 @@ pinion = builder.add_body(
     shape=wheel,
     density=7800,
 )
-rack = builder.add_body("rack", position=(-0.012, 0, 0.1), shape=shapes.Box((0.012, 0.02, 0.3)), mass=mass)
+rack = builder.add_body("rack", position=(-0.012, 0, -0.1), shape=shapes.Box((0.012, 0.02, 0.3)), mass=mass)
+teeth = 20
+tooth = shapes.Box((0.006, 0.3 * math.pi * radius / teeth, 0.02))
+builder.add_visual(pinion, shapes.Cylinder(radius - 0.004, 0.02), colour=(0.77, 0.67, 0.41, 1))
+builder.add_visual(rack, shapes.Box((0.009, 0.02, 0.3)), position=(-0.003, 0, 0), colour=(0.55, 0.57, 0.6, 1))
+for k in range(teeth):
+    angle = 2 * math.pi * (k + 0.5) / teeth
+    place = (radius * math.cos(angle), radius * math.sin(angle), 0)
+    turn = amontons.axis_angle((0, 0, 1), angle)
+    builder.add_visual(pinion, tooth, position=place, orientation=turn, colour=(0.77, 0.67, 0.41, 1))
+gap = shapes.Box((0.006, 0.02, 0.3 * math.pi * radius / teeth))
+for k in range(-18, 19):
+    place = (0.009, 0, 2 * math.pi * radius / teeth * k)
+    builder.add_visual(rack, gap, position=place, colour=(0.55, 0.57, 0.6, 1))
 builder.exclude(pinion, rack)  # the coupling is their contact
 builder.add_revolute_joint(
     pinion,

@@ -21,7 +21,7 @@ for k in range(stages):
         )  # fmt: skip
         builder.add_visual(bars[k, side], beam)
 top = builder.add_body("top", position=(width / 2, 0, stages * rise + 0.02), mass=load, inertia=(1, 1, 1))
-builder.add_visual(top, shapes.Box((0.3, 0.2, 0.02)))
+builder.add_visual(top, shapes.Box((0.3, 0.2, 0.02)), colour=(0.62, 0.68, 0.75, 1))
 
 
 def hinge(a: int, b: int | None, x: float, z: float) -> None:

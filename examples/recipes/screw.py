@@ -8,7 +8,12 @@ lead, mass = 0.008, 60.0  # m per turn, kg
 
 builder = ModelBuilder()
 spindle = builder.add_body("spindle", shape=shapes.Cylinder(0.015, 0.3), density=7800)
+builder.add_visual(spindle, shapes.Cylinder(0.012, 0.3))
+for k in range(-18, 19):
+    builder.add_visual(spindle, shapes.Cylinder(0.017, 0.003), position=(0, 0, 2 * lead * k))
 table = builder.add_body("table", position=(0.15, 0, -0.1), shape=shapes.Box((0.3, 0.2, 0.02)), mass=mass)
+builder.add_visual(table, shapes.Box((0.3, 0.2, 0.02)), colour=(0.62, 0.68, 0.75, 1))
+builder.add_visual(table, shapes.Cylinder(0.04, 0.035), position=(-0.15, 0, 0), colour=(0.77, 0.67, 0.41, 1))
 builder.exclude(spindle, table)
 turn = Motor("velocity", control=4 * math.pi)  # two turns per second
 builder.add_revolute_joint(spindle, point=(0, 0, 0), axis=(0, 0, 1), name="turn", motor=turn)

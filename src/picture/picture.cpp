@@ -1,6 +1,7 @@
 #include "amontons/picture/picture.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "amontons/base/error.hpp"
@@ -16,7 +17,10 @@ constexpr int most_texels = 1400;    // of the light's picture
 constexpr double brightest = 1.06;   // of a face normal to the light
 constexpr double shade = 0.75;       // share of the direct light that a shadow removes
 constexpr double floor_shade = 0.3;  // the same on a plane
-constexpr float outline = 0.72f;     // brightness at the border of two things
+constexpr double tile_shade =
+    0.12;                         // share of the brightness that a dark tile of a plane lacks at the target
+constexpr double tiled = 0.6;     // radius around the target within which planes have tiles, in widths
+constexpr float outline = 0.72f;  // brightness at the border of two things
 constexpr std::int32_t no_instance = -1;
 
 void require(const PictureScene& scene, std::size_t bodies, const PictureCamera& camera) {
@@ -40,6 +44,7 @@ void require(const PictureScene& scene, std::size_t bodies, const PictureCamera&
 struct Seen {
   std::int32_t moving = no_instance, fixed = no_instance;      // instance; -2 - k is plane k
   bool fixed_first = false;                                    // whether the fixed one is nearer
+  bool dark = false;                                           // whether it is a dark tile of a plane
   double nearness = -std::numeric_limits<double>::infinity();  // of the nearer one
 
   std::int32_t first() const { return fixed_first || moving == no_instance ? fixed : moving; }
@@ -54,6 +59,8 @@ class Painter {
           const PictureStyle& style, std::span<const PictureLine> lines, unsigned threads)
       : scene_(scene),
         style_(style),
+        target_(camera.target),
+        tiled_(tiled * camera.width * camera.pixel),
         lines_(lines),
         projection_(camera),
         triangles_(project(scene, bodies, lines, projection_)),
@@ -62,7 +69,7 @@ class Painter {
     for (const PicturePlane& plane : scene.planes) {
       const Transform at = plane.body < 0 ? plane.at : bodies[plane.body] * plane.at;
       const Vec3 normal = rotate(at.rotation, {0, 0, 1});
-      planes_.push_back({projection_.plane(at.position, normal), normal});
+      planes_.push_back({projection_.plane(at.position, normal), normal, at});
     }
   }
 
@@ -95,6 +102,7 @@ class Painter {
   struct Plane {
     SeenPlane seen;
     Vec3 normal;
+    Transform at;
   };
 
   // Layer 0 of a band has moving triangles, layer 1 fixed ones, with which planes compete by their nearness.
@@ -112,6 +120,8 @@ class Painter {
         }
         if (band.triangle[0][k] >= 0) s.moving = triangles_[band.triangle[0][k]].thing;
         s.fixed_first = fixed > band.nearness[0][k];
+        if (style_.tile > 0 && s.fixed <= -2 && (s.fixed_first || s.moving == no_instance))
+          s.dark = dark_tile(planes_[-2 - s.fixed], projection_.world(column + 0.5, row + 0.5, fixed));
         s.nearness = std::max(fixed, band.nearness[0][k]);
       }
     return out;
@@ -125,7 +135,8 @@ class Painter {
       for (int j = 0; j < samples && same; ++j) {
         const std::size_t k = band.at(column + j, row + i);
         for (const auto& triangle : band.triangle) same = same && triangle[k] == triangle[first];
-        same = same && seen[k].fixed == seen[first].fixed && seen[k].fixed_first == seen[first].fixed_first;
+        same = same && seen[k].fixed == seen[first].fixed && seen[k].dark == seen[first].dark &&
+               seen[k].fixed_first == seen[first].fixed_first;
       }
     if (same) return colour(band, seen, column, row);
     Colour sum{};
@@ -201,6 +212,18 @@ class Painter {
     return out;
   }
 
+  // Tiles alternate along both axes of the plane.
+  bool dark_tile(const Plane& plane, const Vec3& point) const {
+    const Vec3 local = rotate(conjugate(plane.at.rotation), point - plane.at.position);
+    return std::fmod(std::abs(std::floor(local.x / style_.tile) + std::floor(local.y / style_.tile)), 2) > 0;
+  }
+
+  // Tiles fade with the square of the distance from the target, so that none is smaller than a pixel.
+  double tile_brightness(const Plane& plane, const Vec3& point) const {
+    const Vec3 away = point - target_, along = away - dot(away, plane.normal) * plane.normal;
+    return 1 - tile_shade * std::max(0.0, 1 - dot(along, along) / (tiled_ * tiled_));
+  }
+
   // A plane has the colour of the floor where it lies as the ground does, and that share of it elsewhere.
   Colour floor(const Seen& s, int column, int row) const {
     const Plane& plane = planes_[-2 - s.fixed];
@@ -210,8 +233,9 @@ class Painter {
     };
     const double tilt = std::min(1.0, bright(dot(plane.normal, style_.light)) / bright(style_.light.z));
     const double missing = shadows_.missing(point, plane.normal, true);
+    const double tile = s.dark ? tile_brightness(plane, point) : 1;
     Colour out = style_.floor;
-    for (float& c : out) c *= static_cast<float>(tilt * (1 - floor_shade * missing));
+    for (float& c : out) c *= static_cast<float>(tilt * tile * (1 - floor_shade * missing));
     return out;
   }
 
@@ -232,6 +256,8 @@ class Painter {
 
   const PictureScene& scene_;
   const PictureStyle& style_;
+  Vec3 target_;
+  double tiled_;  // m
   std::span<const PictureLine> lines_;
   Projection projection_;
   std::vector<ScreenTriangle> triangles_;

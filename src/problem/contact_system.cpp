@@ -304,6 +304,7 @@ ContactSystem ContactSystem::stored() const {
   ContactSystem op;
   op.bodies = bodies;
   op.constrained = constrained;
+  op.half = half;
   op.jacobian.reserve(rows());
   op.compliance.reserve(rows());
   for (std::size_t i = 0; i < contacts.size(); ++i) {

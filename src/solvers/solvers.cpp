@@ -78,9 +78,7 @@ Solution solve(const Problem& problem, std::string_view method, const Options& o
   Budget budget(whole, time - ending(problem, time));
   Options own = options;
   if (!has_passes(method)) own.iterates = nullptr;
-  // Only these need no more of A than products; `auto` knows trees.
-  const bool needs_matrix = has_trees(problem) && !has_passes(method);
-  Solution s = needs_matrix ? run(as_matrix(problem), own, budget) : run(problem, own, budget);
+  Solution s = run(problem, own, budget);
   // The direct way, races and islands share this budget, so that nothing that they try is left out.
   s.work = budget.spent();
   return s;

@@ -9,7 +9,10 @@
 #include "amontons/problem/island_part.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/choice/automatic.hpp"
 #include "amontons/solvers/choice/islands.hpp"
+#include "amontons/solvers/direct/elimination.hpp"
+#include "amontons/solvers/linear/shifted_system.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "check.hpp"
 #include "problems.hpp"
@@ -49,9 +52,10 @@ Problem stacks_on_a_floor(int stacks) {
   return *sim.problem();
 }
 
-// A stack of three boxes, then three trees of a box and two boxes that hang on it by hinges, each tree on the
-// same floor. The last hinges have limits that hold: rows along a coordinate.
-Problem pendulums_beside_a_stack() {
+// A stack of boxes, then three trees of a box and two boxes that hang on it by hinges, each tree on the
+// same floor. The last hinges have limits that hold: rows along a coordinate. `on_top`: the first tree stands
+// on the stack.
+Problem pendulums_beside_a_stack(int levels = 3, bool on_top = false) {
   ModelDescription d;
   d.trees = Trees::automatic;
   Geom floor;
@@ -70,11 +74,13 @@ Problem pendulums_beside_a_stack() {
     d.bodies.push_back(body);
     return geom.body;
   };
-  for (int level = 0; level < 3; ++level) add_box({0.1 * level, 0, 0.5 + level});
+  for (int level = 0; level < levels; ++level) add_box({0.1 * level, 0, 0.5 + level});
   for (int tree = 1; tree <= 3; ++tree) {
-    Index above = add_box({10.0 * tree, 0, 0.5});
+    const bool lifted = on_top && tree == 1;
+    const Vec3 base{lifted ? 0.1 * levels : 10.0 * tree, 0, lifted ? 0.5 + levels : 0.5};
+    Index above = add_box(base);
     for (int link = 1; link <= 2; ++link) {
-      const Index body = add_box({10.0 * tree + 1.2 * link, 0, 0.5});
+      const Index body = add_box(base + Vec3{1.2 * link, 0, 0});
       Joint hinge;
       hinge.body_a = above;
       hinge.body_b = body;
@@ -198,12 +204,44 @@ TEST(islands_keep_their_trees) {
   Options options;
   options.law = Law::associated;
   options.tolerance = 1e-10;
-  const Solution all = interior_point(as_matrix(problem), options, small::no_limit);
+  const Solution all = interior_point(problem, options, small::no_limit);
   const Solution parts = solve_by_islands(problem, options, small::no_limit, automatic);
   CHECK(all.status == Status::converged && parts.status == Status::converged);
   CHECK(parts.reason.find("2 groups of islands") != std::string::npos);
   CHECK(residual(problem, Law::associated, parts.x) <= 1e-10);
   for (std::size_t i = 0; i < all.u.size(); ++i) CHECK_NEAR(all.u[i], parts.u[i], 1e-7);
+}
+
+// Fails if a tree makes the matrix of an island dense: that of the dense A, or that of a factor with fill
+// between all bodies. One tree stands on a stack of ten boxes; L has blocks of neighbours in the stack, and
+// of the tree, alone.
+TEST(trees_keep_factors_sparse) {
+  const Problem problem = pendulums_beside_a_stack(10, true);
+  CHECK(problem.graph.islands.count == 3 && problem.rows() > 180);
+  const ShiftedSystem sparse(problem);
+  CHECK(sparse.in_body_space());
+  CHECK(sparse.factor_entries() < 22 * 36 + 3 * 64);
+  Options options;
+  options.law = Law::associated;
+  options.tolerance = 1e-10;
+  const Solution s = interior_point(problem, options, small::no_limit);
+  const Solution dense = interior_point(as_matrix(problem), options, small::no_limit);
+  CHECK(s.status == Status::converged && dense.status == Status::converged);
+  CHECK(s.factorizations <= dense.factorizations + 2);
+  for (std::size_t i = 0; i < s.u.size(); ++i) CHECK_NEAR(s.u[i], dense.u[i], 1e-7);
+}
+
+// Fails if the direct way takes a pile beside a tree whose rows it would not take without one: its
+// coordinates are few enough, but their matrix would be dense.
+TEST(a_pile_beside_trees_is_a_pile) {
+  const auto is_direct = [](int levels, bool on_top) {
+    Elimination elimination;
+    Solution s;
+    return solve_directly(pendulums_beside_a_stack(levels, on_top), {}, small::no_limit, elimination, s);
+  };
+  CHECK(is_direct(3, false));
+  CHECK(!is_direct(20, false));
+  CHECK(is_direct(20, true));  // one mechanism: its coordinates count
 }
 
 // Fails if a warm start is not handed to the islands row by row: from the solution there is nothing to

@@ -168,6 +168,20 @@ TEST(shadows) {
   for (int column = 17; column < 24; ++column) CHECK(colour_at(p, column, 20)[0] == top);
 }
 
+// Breaks when tiles do not alternate along both axes of a plane, or do not fade away from the target.
+TEST(tiles_of_a_plane) {
+  PictureCamera c = camera();
+  c.eye = {0, 0, 1};
+  c.up = {0, 1, 0};
+  PictureStyle style;
+  style.tile = 0.5;  // 5 pixels; the middle of the picture is a corner of four tiles
+  const Picture p = drawn({{}, {}, {{-1, {}}}}, c, style);
+  const auto bright = [&](int column, int row) { return colour_at(p, column, row)[0]; };
+  CHECK(bright(17, 22) == 255 && bright(22, 17) == 255);
+  CHECK(bright(17, 17) < 230 && bright(22, 22) < 230);
+  CHECK(bright(17, 37) > bright(12, 22) && bright(12, 22) > bright(22, 22));
+}
+
 // Breaks when a line is hidden, or not as wide as asked for.
 TEST(lines_lie_over_everything) {
   const PictureLine line{{-2, 5, 0}, {2, 5, 0}, 0.4, {0, 1, 0}};

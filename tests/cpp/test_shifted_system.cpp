@@ -2,6 +2,7 @@
 #include <cmath>
 #include <vector>
 
+#include "amontons/problem/linkage.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "check.hpp"
 #include "problems.hpp"
@@ -153,9 +154,51 @@ void check_sign(const Problem& p, ShiftedSystem& system) {
   }
 }
 
+// A floating base (coordinates 0 to 5) with an arm of eight, which is more than a node has, and a leg of two.
+// The links touch the ground, each other and a free ball; a compliant row acts on one of them. L and D of M =
+// L'DL are random: the factors need no more of a tree than where it branches.
+Problem touching_tree() {
+  small::Random random(12);
+  auto trees = std::make_shared<Linkage>();
+  for (Index k = 0; k < 16; ++k) {
+    trees->parent.push_back(k == 14 ? 5 : k - 1);
+    trees->run.push_back(k == 14 ? 1 : k == 15 ? 2 : k + 1);
+    for (double& entry : trees->column.emplace_back()) entry = random.normal();
+    trees->inverse_root.push_back(0.5 + random.uniform());
+    trees->first.push_back(trees->rows.size());
+    trees->rows.push_back(std::pow(trees->inverse_root.back(), -2));
+    for (Index above = trees->parent.back(); above >= 0; above = trees->parent[above])
+      trees->rows.push_back(0.3 * random.normal());
+  }
+  trees->first.push_back(trees->rows.size());
+  // The base, the third and the last link of the arm, the end of the leg; body 4 is the ball.
+  trees->body = {0, 1, 2, 3};
+  trees->last = {5, 8, 13, 15};
+  trees->place = {0, 1, 2, 3, -1};
+  ContactSystem A;
+  for (int i = 0; i < 5; ++i) small::add_body(A, 1 + i, {0.1, 0.2 + i, 0.3});
+  for (int i = 0; i < 4; ++i) trees->arm.push_back({0.2, 0.1 * i, -0.3});
+  const std::shared_ptr<const Linkage> kept = trees;
+  A.constrained = std::make_shared<ConstrainedBodies>(
+      ConstrainedBodies{trees->body, [kept](double* w) { kept->move(w); }, kept});
+  for (const auto& [a, b] : {std::pair<Index, Index>{2, -1}, {3, -1}, {2, 4}, {4, 0}, {1, 3}, {0, -1}}) {
+    A.contacts.push_back(contact_between(a, b, {0.1, 0.2, 0}, {0, 0.1, 0.3}, {0.6, 0, 0.8}));
+    A.contact_compliance.push_back(0);
+  }
+  JacobianRow row{1, 2, {}, {}};
+  for (double& entry : row.b) entry = random.normal();
+  A.jacobian.push_back(row);
+  A.compliance.push_back(0.2);
+  SetProduct K;
+  K.add_each<Friction>(Vector(A.contacts.size(), 0.5));
+  K.append(Bilateral{});
+  return make_problem(A, random.vector(19), K);
+}
+
 std::vector<small::Case> cases() {
   std::vector<small::Case> list = small::contact_cases();
   for (small::Case& c : small::bilateral_cases()) list.push_back(std::move(c));
+  list.push_back({"a tree that touches the ground, itself and a ball", touching_tree()});
   return list;
 }
 

@@ -60,8 +60,11 @@ struct OddTrees {
     write_velocities(*tree, q, qd, state);
     place_trees(*model, forest, state, step);
     place_bodies(*model, state, frames, mobility, start);
-    make_tree_masses(*model, forest, state, frames, 0, 0, step);
+    make_tree_masses(setting(0), state, step);
   }
+
+  // A step of length h after one as long.
+  TreeSetting setting(double h) const { return {*model, forest, frames, start, h, h}; }
 
   // Rates in the order of the tree of velocities of the centres of mass.
   std::vector<double> rates(const BodyVelocities& v) const {
@@ -275,7 +278,7 @@ TEST(displacements_of_trees_lead_to_the_poses_of_their_coordinates) {
   std::vector<double> rates(t.forest.parent.size());
   for (double& rate : rates) rate = 2 * t.random();
   std::vector<Flow> momenta;
-  make_momenta(t.forest, t.frames, t.start, rates, h, t.step, momenta);
+  make_momenta(t.setting(h), rates, h, t.step, momenta);
   std::vector<Transform> poses;
   for (std::size_t i = 0; i < t.forest.bodies.size(); ++i) {
     const TreePlace& place = t.step.places[i];
@@ -286,7 +289,7 @@ TEST(displacements_of_trees_lead_to_the_poses_of_their_coordinates) {
   const Transform driven = moved(t.frames[5], t.start[5], h);
   t.state.positions[5] = driven.position;
   t.state.orientations[5] = driven.rotation;
-  move_trees(*t.model, t.forest, t.frames, t.start, h, rates, rates, t.step, t.state);
+  move_trees(t.setting(h), t.start, rates, rates, t.step, t.state);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Transform& there = t.step.places[i].pose;
     CHECK_NEAR(norm(there.position - poses[i].position), 0, 1e-13);
@@ -302,10 +305,10 @@ TEST(free_trees_obey_the_equations_of_motion_at_second_order) {
   const std::vector<double> before = t.rates(t.start), q = read_coordinates(*t.tree, t.state).q;
   double last = 0;
   for (const double h : {1e-3, 5e-4}) {
-    make_tree_masses(*t.model, t.forest, t.state, t.frames, h, h, t.step);
+    make_tree_masses(t.setting(h), t.state, t.step);
     BodyVelocities free = t.start;
-    make_free_tree_velocities(*t.model, t.forest, h, h, t.frames, t.start, loads, t.step, free);
-    foresee_tree_velocities(t.forest, h, h, t.frames, t.start, {}, t.step, free);
+    make_free_tree_velocities(t.setting(h), loads, t.step, free);
+    foresee_tree_velocities(t.setting(h), {}, t.step, free);
     const std::vector<double> after = t.rates(free);
     std::vector<double> mean, rise;
     for (std::size_t i = 0; i < before.size(); ++i) {

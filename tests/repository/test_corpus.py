@@ -87,17 +87,19 @@ def test_the_tasks_of_two_steps_cover_everything(profile, stack):
 
 # Breaks when the table counts a solve that `auto` misses as done, or compares with a method that failed.
 def test_auto_is_compared_with_the_best_that_succeeds(profile):
-    def row(method, status, time):
-        return {"task": "t", "half": "tuning", "rows": 3, "method": method, "status": status, "time": time,
-                "reason": ""}  # fmt: skip
+    def row(task, method, status, time):
+        return {"task": task, "half": "tuning", "rows": 3, "law": "coulomb", "tolerance": 1e-3, "warm": False,
+                "method": method, "status": status, "time": time, "reason": ""}  # fmt: skip
 
-    (table,) = profile.compared(
-        [row("apgd", "converged", 2.0), row("newton", "stalled", 1.0), row("auto", "converged", 3.0)]
-    )
-    assert (table["best"], table["ratio"], table["failure"]) == ("apgd", 1.5, False)
-    (table,) = profile.compared([row("apgd", "converged", 2.0), row("auto", "stalled", 3.0)])
-    assert table["failure"]
-    assert "fails 1" in profile.summary([table], "tuning")
+    rows = []
+    for task, status in (("a", "converged"), ("b", "stalled")):
+        rows += [row(task, "apgd", "converged", 2.0), row(task, "newton", "stalled", 1.0)]
+        rows += [row(task, "auto", status, 3.0)]
+    one, both = (profile.summary(profile.wide(rows[:n]), "tuning") for n in (3, 6))
+    assert "1 that a method does; auto over the best: within 1.5 100 %, median 1.50" in one
+    assert "fails 0" in one
+    assert "within 1.5 50 %" in both
+    assert "fails 1" in both
 
 
 # Breaks when the programs do not run as their first lines say.

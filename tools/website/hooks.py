@@ -35,6 +35,8 @@ SHOWN = """<iframe id="hero" src="replays/wall.html" data-plain="replays/wall.ht
 <p class="hero"><label><input type="checkbox" id="forces"> Force network</label>
 <span>Drag to turn, wheel to zoom, bar to scrub; click a brick.</span></p>
 """
+FIGURE = re.compile(r" <!-- \S+; [^;]+; \w+ -->")
+"""The comment behind a measured number, with its row and column: its space would stand before a comma."""
 log = logging.getLogger("mkdocs.plugins.amontons")
 # What a browser fetches by itself when it opens a page: all but links that one follows.
 FETCHED = re.compile(
@@ -65,6 +67,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    markdown = FIGURE.sub("", markdown)
     replays = {Path(file.src_uri).stem: file.src_uri for file in files if file.src_uri.startswith("replays/")}
     if page.file.src_uri == "gallery.md":
         for name, uri in replays.items():

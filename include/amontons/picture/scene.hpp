@@ -73,6 +73,7 @@ struct PictureStyle {
   double ambient = 0.42;       // brightness without direct light
   double glass = 0.25;         // opacity of a fixed instance in front of a moving one; 1: opaque
   double fade = 0;             // share of white in everything except lines
+  double tile = 0;             // side of the darker and lighter tiles on planes, m; 0: none
   Colour floor{1, 1, 1};       // of lit planes
   Colour background{1, 1, 1};  // colour of the background
 };

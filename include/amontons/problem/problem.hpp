@@ -43,7 +43,7 @@ void renew(Problem& problem);
 
 // Whether bodies move in coordinates of joints. Then rows of D and inverse masses are not all of A.
 bool has_trees(const Problem& problem);
-// The same problem with A as a matrix, for what reads rows and masses: methods that factor, files.
+// The same problem with A as a matrix, for what reads rows and masses: Gauss-Seidel, solvers of users, files.
 Problem as_matrix(const Problem& problem);
 
 // u plus the De Saxce term: the vector that the VI requires to be in the normal cone. g may be u.

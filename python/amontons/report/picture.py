@@ -30,6 +30,8 @@ GLASS = 0.25
 """Opacity of what is fixed where something that moves is behind it."""
 FADE = 0.6
 """Share of white in everything but the lines of forces, where they are drawn."""
+TILES = 8
+"""The tiles of a plane from side to side of a picture, at least."""
 NO_LINES = np.zeros((0, 10))
 FIELD = 40.0
 """Degrees that are seen from side to side by an eye at a distance, unless a width is given."""
@@ -151,7 +153,9 @@ class Picture:
         axes, origin = np.array(self.view.axes()[:2]), Framing(self._origin, 1.0)
         places = [self.balls.places(frame) - origin.target_in(frame) for frame in frames]
         centred = self.view.target is not None
-        return places, window_of([place @ axes.T for place in places], self.balls, centred=centred)
+        reaches = [self.balls.reaches(frame, axes) for frame in frames]
+        diameter = 2 * self.balls.median(self.balls.reach)
+        return places, window_of([place @ axes.T for place in places], reaches, diameter, centred=centred)
 
     def draw(
         self, frame: Frame, framing: Framing, width: int, height: int, lines: Array = NO_LINES
@@ -185,6 +189,7 @@ class Picture:
         camera.distance = math.inf if self.view.distance is None else float(self.view.distance)
         camera.width, camera.height, camera.samples = width, height, samples
         camera.pixel = framing.width / width
+        self._style.tile = _round_length(framing.width / TILES)
         positions = np.ascontiguousarray(frame.positions, dtype=np.float64).reshape(-1, 3)
         orientations = np.ascontiguousarray(frame.orientations, dtype=np.float64).reshape(-1, 4)
         if self.view.forces and frame.contacts is not None:
@@ -244,6 +249,12 @@ def _style(view: View) -> Any:
     style.fade = FADE if view.forces else 0.0
     style.floor = tuple(FLOOR)
     return style
+
+
+def _round_length(most: float) -> float:
+    """The largest of 1, 2 or 5 times a power of ten that is at most `most`."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(k for k in (power, 2 * power, 5 * power) if k <= most * (1 + 1e-9))
 
 
 def frame_of(simulation: Any, *, forces: bool = False) -> Frame:

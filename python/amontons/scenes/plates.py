@@ -9,6 +9,9 @@ from ..model.shapes import Box, Plane
 from .geometry import STEEL, require
 from .registry import scene
 
+HEAVY, LIGHT = (0.36, 0.4, 0.46, 1.0), (0.85, 0.72, 0.5, 1.0)
+"""Red, green, blue and opacity of the plates in pictures."""
+
 
 @scene(dt=1e-2, duration=10.0)
 def plates(
@@ -31,13 +34,15 @@ def plates(
     material = Material(friction=mu)
     b = ModelBuilder()
     b.add_geom(None, Plane(), material=material, name="floor")
+    plate = Box((width / 2, width / 2, thickness / 2))
     for i in range(count):
         heavy = (i % 2 == 0) == heavy_first
         b.add_body(
             f"plate {i}",
             position=(0, 0, (i + 0.5) * thickness),
-            shape=Box((width / 2, width / 2, thickness / 2)),
+            shape=plate,
             density=STEEL if heavy else STEEL / ratio,
             material=material,
         )
+        b.add_visual(i, plate, colour=HEAVY if heavy else LIGHT)
     return b.build()

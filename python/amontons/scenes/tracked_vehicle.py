@@ -20,6 +20,8 @@ _GROUND, _SHOE, _GUIDE, _WHEEL, _HULL = 1, 2, 4, 8, 16
 """Collision categories: wheels touch shoes and their guides, the ground touches shoes, slabs and the hull."""
 
 
+PAINT, STEEL, CONCRETE = (0.44, 0.5, 0.37, 1.0), (0.3, 0.31, 0.34, 1.0), (0.72, 0.7, 0.66, 1.0)
+"""Red, green, blue and opacity in pictures: the hull, shoes, slabs."""
 HULL_MASS, HULL_BOX, HULL_POSITION = 3500.0, Box((1.5, 0.5, 0.25)), (0.0, 0.0, 0.72)
 
 
@@ -131,6 +133,7 @@ def tracked_vehicle(
         category=_HULL,
         mask=0,
     )
+    b.add_visual(hull, HULL_BOX, colour=PAINT)
     for side, name, pace in ((1, "left", speed * (1 - turn)), (-1, "right", speed * (1 + turn))):
         y = side * track.gauge / 2
         _shoes(b, track, name, y, pins, rough)
@@ -142,7 +145,7 @@ def tracked_vehicle(
         yaw = rng.uniform(-0.1, 0.1)
         half = (rng.uniform(0.2, 0.3), rng.uniform(1.1, 1.3), slab_thickness / 2)
         x = idler_x + track.pin_radius + 0.6 + 0.9 * i
-        add_part(
+        slab = add_part(
             b,
             f"slab {i}",
             Box(half),
@@ -153,6 +156,7 @@ def tracked_vehicle(
             category=_GROUND,
             mask=touched,
         )
+        b.add_visual(slab, Box(half), colour=CONCRETE)
     return b.build()
 
 
@@ -177,6 +181,7 @@ def _shoes(b: ModelBuilder, track: Track, name: str, y: float, pins: np.ndarray,
             category=_SHOE,
             mask=0,
         )
+        b.add_visual(shoe, plate, colour=STEEL)
         for edge in (-side, side):
             b.add_geom(
                 shoe,

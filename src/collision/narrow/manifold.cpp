@@ -125,10 +125,15 @@ double emit(Clipper& c, const TangentFrame& frame, double merge, double margin, 
   return least;
 }
 
-// Clips a feature by a face. `above`: the clipped feature belongs to body a, to which the normal points.
-double clip_by_face(Clipper& c, const Feature& clipped, const Feature& face, bool above,
-                    const TangentFrame& frame, double size, double margin,
+// A feature that a face clips. `above`: the feature belongs to body a, to which the normal points.
+struct Clipping {
+  const Feature &clipped, &face;
+  bool above;
+};
+
+double clip_by_face(Clipper& c, const Clipping& of, const TangentFrame& frame, double size, double margin,
                     std::vector<ContactPoint>& points) {
+  const auto& [clipped, face, above] = of;
   c.count = clipped.count;
   for (int i = 0; i < clipped.count; ++i) c.clipped[i] = frame.lift(clipped.points[i]);
   for (int i = 0; i < face.count; ++i) c.corner[i] = frame.lift(face.points[i]);
@@ -209,8 +214,8 @@ double clip_features(const Convex& a, const Convex& b, const Vec3& normal, const
   const TangentFrame frame(c.feature_a.points[0], normal);
   const double size = pair_scale(a, b).size;
   const Feature &fa = c.feature_a, &fb = c.feature_b;
-  if (fb.count > 2) return clip_by_face(c, fa, fb, true, frame, size, margin, points);
-  if (fa.count > 2) return clip_by_face(c, fb, fa, false, frame, size, margin, points);
+  if (fb.count > 2) return clip_by_face(c, {fa, fb, true}, frame, size, margin, points);
+  if (fa.count > 2) return clip_by_face(c, {fb, fa, false}, frame, size, margin, points);
   if (fa.count == 2 && fb.count == 2) return clip_edges(c, frame, margin, points);
   return unbounded;
 }

@@ -63,6 +63,12 @@ GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const 
   return {mean, omega - mean};
 }
 
+// A turn of a body by an angle (rad).
+struct Turn {
+  Quat before, after;
+  double angle;
+};
+
 // The angular velocity at the end of a step that turned a dynamic body from `before` to `after` by `angle`,
 // with the velocity `omega` of the solve. The angular momentum that the impulses left is I (omega + lag) in
 // the axes of the start. It is constant in space, and with the turned inertia it gives the velocity. The
@@ -70,7 +76,8 @@ GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const 
 // those of a hinge about an axis that is not principal; the energy then changes by a term of second order in
 // the angle. For a large angle this does not hold: an energy gain is removed, and momentum with it.
 Vec3 end_spin(const Mat3& inverse_inertia, const Mat3& inertia, const GyroscopicSpin& spin, const Vec3& omega,
-              const Quat& before, const Quat& after, double angle) {
+              const Turn& turn) {
+  const auto& [before, after, angle] = turn;
   const Vec3 momentum = inertia * (omega + spin.lag);
   const bool turned = !(after == before);
   // If the inertia does not turn with the body (spheres, rest), the bits are kept.
@@ -159,7 +166,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     const Quat after = omega == Vec3{} ? before : normalised(exponential(h * omega) * before);
     if (model.is_dynamic(static_cast<Index>(i)))
       omega = end_spin(model.inverse_inertia(static_cast<Index>(i)), frames[i].inertia, spins[i], omega,
-                       before, after, h * norm(omega));
+                       {before, after, h * norm(omega)});
     // The centre of mass moves straight; the frame follows.
     const Vec3 way = h * v[i].linear;
     const Vec3 arm = rotate(after, body.centre_of_mass);

@@ -18,23 +18,22 @@ double clipped_control(const Actuator& actuator, double u) {
 }
 
 // The factor of the gain: control or activation.
-double drive_of(const Actuator& actuator, const State& state, std::span<const double> controls, Index index,
-                double h) {
-  const double u = clipped_control(actuator, controls[index]);
+double drive_of(const ActuatorCommand& command, const Actuator& actuator, Index index) {
+  const double u = clipped_control(actuator, command.controls[index]);
   if (actuator.dynamics == ActivationKind::none) return u;
-  const double w = state.activations[index];
-  return actuator.early ? next_activation(actuator, u, w, h) : w;
+  const double w = command.state.activations[index];
+  return actuator.early ? next_activation(actuator, u, w, command.h) : w;
 }
 
 // With L = G l the effort along l is G times that along L, and its coefficients are G^2 times as large.
-EffortLaw law_of(const Actuator& actuator, double w, double length, double rate) {
+EffortLaw law_of(const Actuator& actuator, double w, const LineState& line) {
   const double G = actuator.transmission.gear;
   const auto coefficient = [&](int i) { return actuator.gain[i] * w + actuator.bias[i]; };
   if (G == 0) return {};
   const double k = -G * G * coefficient(1), d = -G * G * coefficient(2);
   EffortLaw law{G * coefficient(0), std::max(k, 0.0), std::max(d, 0.0), G * actuator.lower_force,
                 G * actuator.upper_force};
-  law.effort -= std::min(k, 0.0) * length + std::min(d, 0.0) * rate;
+  law.effort -= std::min(k, 0.0) * line.length + std::min(d, 0.0) * line.rate;
   if (G < 0) std::swap(law.lower, law.upper);
   return law;
 }
@@ -50,17 +49,15 @@ double next_activation(const Actuator& actuator, double control, double w, doubl
   return std::clamp(w, actuator.lower_activation, actuator.upper_activation);
 }
 
-EffortLaw present_law(const Model& model, const State& state, std::span<const double> controls, Index index,
-                      double length, double rate, double h) {
-  const Actuator& actuator = model.description().actuators[index];
-  return law_of(actuator, drive_of(actuator, state, controls, index, h), length, rate);
+EffortLaw present_law(const ActuatorCommand& command, Index index, const LineState& line) {
+  const Actuator& actuator = command.model.description().actuators[index];
+  return law_of(actuator, drive_of(command, actuator, index), line);
 }
 
 double known_effort(const EffortLaw& law) { return std::clamp(law.effort, law.lower, law.upper); }
 
-bool has_row(const Model& model, const State& state, std::span<const double> controls, Index index,
-             double h) {
-  const EffortLaw law = present_law(model, state, controls, index, 0, 0, h);
+bool has_row(const ActuatorCommand& command, Index index) {
+  const EffortLaw law = present_law(command, index, {0, 0});
   return law.stiffness > 0 || law.damping > 0;
 }
 
@@ -68,7 +65,7 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
   const Actuator& actuator = in.model.description().actuators[index];
   const double h = in.options.h, s = line.scale, G = actuator.transmission.gear;
   const EffortLaw law =
-      present_law(in.model, in.state, effort_controls(in), index, line.length, line.rate, h);
+      present_law({in.model, in.state, effort_controls(in), h}, index, {line.length, line.rate});
   // A servo of a rotation takes the shorter direction: its target minus its length is known only up to turns.
   double length = line.length;
   const double turn = turn_of(actuator.transmission);

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "amontons/multibody/joints/actuator_command.hpp"
 #include "multibody/joints/wide_rows.hpp"
 
 namespace amontons {
@@ -10,13 +11,11 @@ namespace amontons {
 struct EffortLaw {
   double effort, stiffness, damping, lower, upper;
 };
-EffortLaw present_law(const Model& model, const State& state, std::span<const double> controls,
-                      Index actuator, double length, double rate, double h);
+EffortLaw present_law(const ActuatorCommand& command, Index actuator, const LineState& line);
 // The effort, known before the step, of a law without stiffness and damping.
 double known_effort(const EffortLaw& law);
 // Whether an actuator, with its present control, has a row.
-bool has_row(const Model& model, const State& state, std::span<const double> controls, Index actuator,
-             double h);
+bool has_row(const ActuatorCommand& command, Index actuator);
 
 double next_activation(const Actuator& actuator, double control, double activation, double h);
 

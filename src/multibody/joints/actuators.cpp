@@ -20,10 +20,11 @@ struct DofLine {
 
 // Calls visit(actuator, line, l') for each actuator with a known effort, of any transmission.
 template <class Visit>
-void for_each_known(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
-                    const BodyVelocities& start, const State& state, std::span<const double> controls,
-                    double h, const Visit& visit) {
-  const auto known = [&](Index a) { return !has_row(model, state, controls, a, h); };
+void for_each_known(const ActuatorCommand& command, const BodyFrames& bodies,
+                    std::span<const JointContext> joints, const BodyVelocities& start, const Visit& visit) {
+  const Model& model = command.model;
+  const State& state = command.state;
+  const auto known = [&](Index a) { return !has_row(command, a); };
   const auto visit_all = [&](const std::vector<Index>& actuators, const auto& make_line) {
     if (std::none_of(actuators.begin(), actuators.end(), known)) return;
     const auto line = make_line();
@@ -98,18 +99,19 @@ void add_sums(const Model& model, std::span<const JointContext> joints, double k
 }  // namespace
 
 // An effort known before the step has no row.
-void add_actuator_loads(const Model& model, const BodyFrames& bodies, std::span<const JointContext> joints,
-                        const BodyVelocities& start, const State& state, std::span<const double> controls,
-                        double h, double kick, std::vector<BodyImpulse>& loads) {
+void add_actuator_loads(const ActuatorCommand& command, const BodyFrames& bodies,
+                        std::span<const JointContext> joints, const BodyVelocities& start, double kick,
+                        std::vector<BodyImpulse>& loads) {
+  const Model& model = command.model;
   if (model.description().actuators.empty()) return;
   std::vector<double> sums(model.bounds_efforts() ? model.dofs() : 0);
   const auto add = [&](Index a, const auto& line, double rate) {
-    const EffortLaw law = present_law(model, state, controls, a, line.length, rate, h);
+    const EffortLaw law = present_law(command, a, {line.length, rate});
     const double impulse = kick * known_effort(law);
     if (!sums.empty() && add_effort(model, a, impulse, sums)) return;
     add_wrenches(model, line.row, impulse, loads);
   };
-  for_each_known(model, bodies, joints, start, state, controls, h, add);
+  for_each_known(command, bodies, joints, start, add);
   if (!sums.empty()) add_sums(model, joints, kick, sums, loads);
 }
 

@@ -12,28 +12,30 @@
 namespace amontons {
 namespace {
 
-double coordinate(const Model& model, const BodyFrames& bodies, const State& state, Index joint, Index dof,
-                  Index tendon) {
-  return tendon >= 0 ? tendon_length(model, bodies, state, tendon)
-                     : state.coordinates[model.first_dof(joint) + dof];
+double value_of(const Coordinate& c, const Model& model, const BodyFrames& bodies, const State& state) {
+  return c.tendon >= 0 ? tendon_length(model, bodies, state, c.tendon)
+                       : state.coordinates[model.first_dof(c.joint) + c.dof];
 }
 
 // Adds the row of a coordinate's rate, times s and a factor.
-void add_rate(const RowInput& in, Index joint, Index dof, Index tendon, double s, double factor,
-              WideRow& wide) {
-  if (tendon >= 0) {
-    const WideRow row = tendon_line(in.model, in.bodies.frames, in.joints, in.state, tendon).row;
+void add_rate(const RowInput& in, const Coordinate& c, double s, double factor, WideRow& wide) {
+  if (c.tendon >= 0) {
+    const WideRow row = tendon_line(in.model, in.bodies.frames, in.joints, in.state, c.tendon).row;
     for (std::size_t i = 0; i < row.body.size(); ++i) wide.add(row.body[i], row.j[i], s * factor);
     return;
   }
-  const JointContext& context = in.joints[joint];
-  wide.add(joint_row(context, s * context.duals[dof]), factor);
+  const JointContext& context = in.joints[c.joint];
+  wide.add(joint_row(context, s * context.duals[c.dof]), factor);
 }
 
 // Backlash: the violation C stays in [-half, half], which is half + C >= 0 and half - C >= 0, one for each
 // flank. Flanks press and never pull. Between them the coupling has no row, and both gears move freely.
-void append_flanks(const RowInput& in, const WideRow& wide, double violation, double half, double x0,
+struct Backlash {
+  double violation, half;
+};
+void append_flanks(const RowInput& in, const WideRow& wide, const Backlash& between, double x0,
                    const RowTag& tag, JointRows& rows) {
+  const auto& [violation, half] = between;
   const double speed =
       std::max(std::abs(row_velocity(wide, in.bodies.start)), std::abs(row_velocity(wide, in.bodies.free)));
   const auto near = [&](double gap) { return within_reach(gap, speed, in.options); };
@@ -56,7 +58,7 @@ void append_flanks(const RowInput& in, const WideRow& wide, double violation, do
 CouplingValue coupling_value(const Model& model, const Coupling& c, const BodyFrames& bodies,
                              const State& state) {
   const bool has_b = c.joint_b >= 0 || c.tendon_b >= 0;
-  const double q = has_b ? coordinate(model, bodies, state, c.joint_b, c.dof_b, c.tendon_b) : 0;
+  const double q = has_b ? value_of(coordinate_b(c), model, bodies, state) : 0;
   // Horner's rule, with the derivative.
   double value = 0, slope = 0;
   for (std::size_t i = c.coefficients.size(); i-- > 0;) {
@@ -64,7 +66,7 @@ CouplingValue coupling_value(const Model& model, const Coupling& c, const BodyFr
     value = value * q + c.coefficients[i];
   }
   if (!has_b) slope = 0;
-  return {coordinate(model, bodies, state, c.joint_a, c.dof_a, c.tendon_a) - value, slope};
+  return {value_of(coordinate_a(c), model, bodies, state) - value, slope};
 }
 
 double coupling_scale(const Model& model, const Coupling& c) {
@@ -81,8 +83,8 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     const CouplingValue value = coupling_value(in.model, c, in.bodies.frames, in.state);
     const double s = coupling_scale(in.model, c);
     WideRow wide;
-    add_rate(in, c.joint_a, c.dof_a, c.tendon_a, s, 1, wide);
-    if (value.slope != 0) add_rate(in, c.joint_b, c.dof_b, c.tendon_b, s, -value.slope, wide);
+    add_rate(in, coordinate_a(c), s, 1, wide);
+    if (value.slope != 0) add_rate(in, coordinate_b(c), s, -value.slope, wide);
     const double inverse_mass = inverse_effective_mass(wide, in.bodies.mobility);
     if (inverse_mass == 0) continue;  // no body moves
     // The row is s C: the compliance of the coordinate is s^2 times that of the row, its impulse 1 / s.
@@ -92,7 +94,7 @@ void append_coupling_rows(const RowInput& in, JointRows& rows) {
     RowTag tag{RowKind::coupling, static_cast<Index>(k), 0};
     tag.scale = s;
     if (c.backlash > 0) {
-      append_flanks(in, wide, s * value.violation, 0.5 * s * c.backlash, x0, tag, rows);
+      append_flanks(in, wide, {s * value.violation, 0.5 * s * c.backlash}, x0, tag, rows);
       continue;
     }
     const NarrowRow narrow = narrowed(wide, in.bodies, x0, tag, rows);

@@ -5,6 +5,13 @@
 // mimicking fingers, held dofs.
 namespace amontons {
 
+// A coordinate of a coupling: that of a joint's dof or, if a tendon is given, its length.
+struct Coordinate {
+  Index joint, dof, tendon;
+};
+inline Coordinate coordinate_a(const Coupling& c) { return {c.joint_a, c.dof_a, c.tendon_a}; }
+inline Coordinate coordinate_b(const Coupling& c) { return {c.joint_b, c.dof_b, c.tendon_b}; }
+
 // C, and the slope p'(b).
 struct CouplingValue {
   double violation, slope;

@@ -177,7 +177,7 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
     const double speed = std::max(std::abs(start), std::abs(row_velocity(line.row, in.bodies.free)));
     const auto& actuators = in.model.actuators_of_tendon(k);
     const auto pulls = [&](Index a) {
-      return has_row(in.model, in.state, effort_controls(in), a, in.options.h);
+      return has_row({in.model, in.state, effort_controls(in), in.options.h}, a);
     };
     const bool pulled = std::any_of(actuators.begin(), actuators.end(), pulls);
     NarrowRow narrow;

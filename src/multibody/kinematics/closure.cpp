@@ -88,10 +88,10 @@ void append_distance(const Placed& placed, Index j, std::vector<Condition>& cond
 }
 
 // Adds the rate of a coordinate of a coupling, of a joint or tendon, times a factor.
-void append_rate(const Placed& placed, const BodyFrames& frames, const State& at, Index joint, Index dof,
-                 Index tendon, double factor, std::vector<Pull>& pulls) {
-  if (tendon < 0) return pulls.push_back(placed.rate_of(joint, dof, factor));
-  const WideRow row = tendon_line(placed.model, frames, at, tendon).row;
+void append_rate(const Placed& placed, const BodyFrames& frames, const State& at, const Coordinate& c,
+                 double factor, std::vector<Pull>& pulls) {
+  if (c.tendon < 0) return pulls.push_back(placed.rate_of(c.joint, c.dof, factor));
+  const WideRow row = tendon_line(placed.model, frames, at, c.tendon).row;
   for (std::size_t i = 0; i < row.body.size(); ++i) {
     const auto& j = row.j[i];
     const Vec3 f = factor * Vec3{j[0], j[1], j[2]}, t = factor * Vec3{j[3], j[4], j[5]};
@@ -112,9 +112,9 @@ void append_coupling(const Placed& placed, std::size_t index, std::vector<Condit
   const CouplingValue value = coupling_value(placed.model, c, frames, at);
   const double scale = coupling_scale(placed.model, c);
   Condition condition{scale * value.violation, {}, -1, static_cast<Index>(index)};
-  append_rate(placed, frames, at, c.joint_a, c.dof_a, c.tendon_a, scale, condition.pulls);
+  append_rate(placed, frames, at, coordinate_a(c), scale, condition.pulls);
   if (c.joint_b >= 0 || c.tendon_b >= 0)
-    append_rate(placed, frames, at, c.joint_b, c.dof_b, c.tendon_b, -scale * value.slope, condition.pulls);
+    append_rate(placed, frames, at, coordinate_b(c), -scale * value.slope, condition.pulls);
   conditions.push_back(std::move(condition));
 }
 

@@ -122,11 +122,17 @@ std::vector<Transform> poses_in(const State& state) {
   return poses;
 }
 
+// The velocity and the acceleration of a body.
+struct LinkMotion {
+  Twist v{}, a{};
+};
+
 // Adds the motion of a link's coordinates to that of its parent, in their order from the parent on: each
 // column moves with all columns before it. The three of a ball (and of a floating base) turn together, so
 // that none moves another.
 void add_motion(const Link& link, std::size_t dofs, std::span<const Twist> columns,
-                std::span<const double> qd, std::span<const double> qdd, Twist& v, Twist& a) {
+                std::span<const double> qd, std::span<const double> qdd, LinkMotion& motion) {
+  Twist &v = motion.v, &a = motion.a;
   const auto add = [&](std::size_t first, std::size_t count) {
     Twist dv{};
     for (std::size_t i = first; i < first + count; ++i) {
@@ -256,17 +262,14 @@ TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose,
   }
   for (const std::size_t k : tree.order()) {
     const Link& link = tree.links()[k];
-    Twist v{}, a{};
-    if (link.parent >= 0) {
-      v = motion.velocities[link.parent];
-      a = motion.accelerations[link.parent];
-    }
+    LinkMotion moved;
+    if (link.parent >= 0) moved = {motion.velocities[link.parent], motion.accelerations[link.parent]};
     // A floating base slides along three axes, then turns.
     const std::size_t dofs = link.joint < 0 ? 3 : model.joint(link.joint).dofs.size();
     add_motion(link, dofs, std::span(pose.columns).subspan(link.first_v, link.v),
-               qd.subspan(link.first_v, link.v), qdd.subspan(link.first_v, link.v), v, a);
-    motion.velocities[link.body] = v;
-    motion.accelerations[link.body] = a;
+               qd.subspan(link.first_v, link.v), qdd.subspan(link.first_v, link.v), moved);
+    motion.velocities[link.body] = moved.v;
+    motion.accelerations[link.body] = moved.a;
   }
   return motion;
 }

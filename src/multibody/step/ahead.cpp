@@ -26,16 +26,23 @@ bool stops(double before, double after, double fall) {
   return before > step::policy.closing * fall && after < step::policy.three_digits * before;
 }
 
-bool is_rough(const Contact& c, const double* x, const Observed& o, const BodyVelocities& after,
-              double fall) {
-  if (!(*x > 0)) return false;
+// A solved step. `fall`: the speed that gravity adds; `scale`: the kick over that of the last step, 0 without
+// one.
+struct SolvedMotion {
+  const Observed& o;
+  const BodyVelocities& after;
+  double h, fall, scale;
+};
+
+bool is_rough(const SolvedMotion& in, const Contact& c, double x) {
+  if (!(x > 0)) return false;
   double before[3], free[3], then[3];
   const ContactBasis basis(c);
-  basis.to_contact(relative_motion(c, o.start).linear, before);
-  basis.to_contact(relative_motion(c, o.free).linear, free);
-  basis.to_contact(relative_motion(c, after).linear, then);
-  return strikes({before[0], free[0], then[0]}, fall) ||
-         stops(std::hypot(before[1], before[2]), std::hypot(then[1], then[2]), fall);
+  basis.to_contact(relative_motion(c, in.o.start).linear, before);
+  basis.to_contact(relative_motion(c, in.o.free).linear, free);
+  basis.to_contact(relative_motion(c, in.after).linear, then);
+  return strikes({before[0], free[0], then[0]}, in.fall) ||
+         stops(std::hypot(before[1], before[2]), std::hypot(then[1], then[2]), in.fall);
 }
 
 // A force that the step does not resolve has taken most of a motion: a stiff damper or spring. `resisted`:
@@ -56,29 +63,28 @@ bool swings(const BodyVelocity& before, const BodyVelocity& after, double h) {
   return h * norm(after.angular) > resolved_turn && change > resolved_turn * norm(after.linear);
 }
 
-// Row i of joints with the impulse x; `scale`: the kick over that of the last step, 0 without one.
-bool is_rough(const JointRows& rows, std::size_t i, double x, double scale, const Observed& o,
-              const BodyVelocities& after, double h, double fall) {
+// Row i of joints with the impulse x.
+bool is_rough(const SolvedMotion& in, const JointRows& rows, std::size_t i, double x) {
   if (x == 0) return false;
   const JacobianRow& row = rows.jacobian[i];
-  const RowSpeeds u{row_velocity(row, o.start), row_velocity(row, o.free), row_velocity(row, after)};
+  const RowSpeeds u{row_velocity(row, in.o.start), row_velocity(row, in.o.free), row_velocity(row, in.after)};
   const RowKind kind = rows.tags[i].kind;
-  if (kind == RowKind::friction) return stops(std::abs(u.before), std::abs(u.after), fall);
+  if (kind == RowKind::friction) return stops(std::abs(u.before), std::abs(u.after), in.fall);
   // A rate with parts of auxiliary bodies, which rest in these velocities, is not known: only the force
   // tells.
-  const auto bodies = static_cast<Index>(after.size());
-  if (row.body_a >= bodies || row.body_b >= bodies) return jumps(x, scale * rows.x0[i], u, fall);
-  if (rows.restraint[i] == Restraint::inequality) return strikes(u, fall);
+  const auto bodies = static_cast<Index>(in.after.size());
+  if (row.body_a >= bodies || row.body_b >= bodies) return jumps(x, in.scale * rows.x0[i], u, in.fall);
+  if (rows.restraint[i] == Restraint::inequality) return strikes(u, in.fall);
   if (kind == RowKind::coupling) return false;
   if (kind == RowKind::locked) {
     const auto swinging = [&](Index body) {
-      return body >= 0 && body < static_cast<Index>(after.size()) && swings(o.start[body], after[body], h);
+      return body >= 0 && swings(in.o.start[body], in.after[body], in.h);
     };
     return swinging(row.body_a) || swinging(row.body_b);
   }
-  if (takes(rows.compliance[i], inverse_effective_mass(row, o.bodies()), u)) return true;
-  if (scale > 0) return jumps(x, scale * rows.x0[i], u, fall);
-  return rows.compliance[i] == 0 && std::abs(u.after - u.before) > smooth_speed(fall);
+  if (takes(rows.compliance[i], inverse_effective_mass(row, in.o.bodies()), u)) return true;
+  if (in.scale > 0) return jumps(x, in.scale * rows.x0[i], u, in.fall);
+  return rows.compliance[i] == 0 && std::abs(u.after - u.before) > smooth_speed(in.fall);
 }
 
 }  // namespace
@@ -98,8 +104,8 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
   ahead.assign(step.model.bodies(), solved_well ? step.h / (2 * step.kick()) : 0);
   if (!solved_well) return;
   const Problem& problem = *posed.problem;
-  const double fall = step.h * norm(step.model.description().gravity);
-  const double scale = step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0;
+  const SolvedMotion motion{o, solved.after, step.h, step.h * norm(step.model.description().gravity),
+                            step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0};
   const std::size_t first = problem.rows() - posed.rows.jacobian.size();
   const Islands& graph = problem.graph.islands;
   std::vector<Island>& islands = solved.islands.each;
@@ -109,10 +115,10 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
     Island& island = islands[graph.of_block[k]];
     if (island.jumps) continue;
     const std::size_t row = static_cast<std::size_t>(problem.graph.first_row[k]);
-    const double* x = &solved.solution.x[row];
+    const double x = solved.solution.x[row];
     // Rows of joints come last. A block may have several rows; the first is that along which it pulls.
-    island.jumps = row < first ? is_rough(o.contacts[k], x, o, solved.after, fall)
-                               : is_rough(posed.rows, row - first, *x, scale, o, solved.after, step.h, fall);
+    island.jumps =
+        row < first ? is_rough(motion, o.contacts[k], x) : is_rough(motion, posed.rows, row - first, x);
   }
   for (std::size_t i = 0; i < ahead.size(); ++i)
     if (const Index home = graph.of_body[i]; (home >= 0 && islands[home].jumps) || o.stopped[i]) ahead[i] = 0;

@@ -129,7 +129,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     if (solver.budget.ends_within(solver.clock.search) || (reflection > 0 && missed)) return reflection > 0;
     // Springs and dampers do not act within an impact: M of trees without them.
     if (reflection == 0 && !step.forest.empty())
-      bodies.trees = tree_masses(step.model, step.forest, 0, 0, o.trees);
+      bodies.trees = tree_masses(o.tree_setting(step), false, o.trees);
     if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
     for (std::size_t i : index) active.push_back(o.contacts[i]);
@@ -140,8 +140,8 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);
     if (!step.forest.empty())
-      add_tree_impacts(step.model, step.forest, o.joints, o.frames, impulses_on_bodies(problem, s.x),
-                       *bodies.trees, o.trees, o.impacts);
+      add_tree_impacts(o.tree_setting(step), o.joints, impulses_on_bodies(problem, s.x), *bodies.trees,
+                       o.trees, o.impacts);
     apply_impulses(problem, s.x, v);
     store(problem, s.x, index, locked, o.contacts, o.impacts);
   }

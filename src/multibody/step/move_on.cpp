@@ -41,9 +41,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   TreeStep& trees = o.trees;
   if (!step.forest.empty()) {
     read_rates(step.forest, trees, o.frames, solved.after, trees.after);
-    store_drive_impulses(step.forest, step.h, step.last, trees, state);
-    store_tree_reactions(step.forest, o.joints, o.frames, o.start, impulses_on_bodies(*posed.problem, x),
-                         step.h, trees, state);
+    store_drive_impulses(o.tree_setting(step), trees, state);
+    store_tree_reactions(o.tree_setting(step), o.joints, impulses_on_bodies(*posed.problem, x), trees, state);
   }
   static thread_local std::vector<double> ahead;
   find_ahead(step, posed, state.impulse_step, o, solved, ahead);
@@ -52,8 +51,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   keep_held_loads(state);
   integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, ahead}, state, step.forest.number);
   if (!step.forest.empty()) {
-    move_trees(step.model, step.forest, o.frames, solved.after, step.h, trees.after, trees.after, trees,
-               state);
+    move_trees(o.tree_setting(step), solved.after, trees.after, trees.after, trees, state);
     leave_tree_velocities(step.forest, ahead, trees, state);
   }
   advance_activations(step.model, step.h, state);

@@ -19,9 +19,7 @@ static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
                         step.forest.number},
                        o.free, o.spins);
-  if (!step.forest.empty())
-    make_free_tree_velocities(step.model, step.forest, step.h, step.last, o.frames, o.start, o.loads, o.trees,
-                              o.free);
+  if (!step.forest.empty()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
 }
 
 // The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
@@ -61,7 +59,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   if (!forest.empty()) {
     place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
     o.trees.stiffness.clear();
-    make_tree_masses(model, forest, state, o.frames, h, kick, o.trees);
+    make_tree_masses(o.tree_setting(step), state, o.trees);
   }
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
@@ -70,7 +68,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   take_held_loads(state, step.last / (2 * kick), o.held);
   add_motor_loads(model, o.joints, o.held.controls, kick, o.loads);
   add_joint_forces(step.tree, o.frames, o.joints, o.held.joint_forces, kick, o.loads);
-  add_actuator_loads(model, o.frames, o.joints, o.start, state, o.held.controls, h, kick, o.loads);
+  add_actuator_loads({model, state, o.held.controls, h}, o.frames, o.joints, o.start, kick, o.loads);
   o.efforts = o.loads;
   for (std::size_t i = 0; i < o.loads.size(); ++i) {
     o.loads[i].force += kick * o.held.forces[i];
@@ -97,7 +95,7 @@ void end_impacts(const StepSetting& step, bool bounced, const State& state, Obse
   if (o.is_stiffened) o.mobility = o.stiffened;
   if (o.is_stiffened && !step.forest.empty()) {
     o.trees.stiffness = o.stiffness;
-    make_tree_masses(step.model, step.forest, state, o.frames, step.h, step.kick(), o.trees);
+    make_tree_masses(o.tree_setting(step), state, o.trees);
   }
   if (bounced || o.is_stiffened) make_free_velocities(step, o);
 }

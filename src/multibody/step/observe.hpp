@@ -44,6 +44,9 @@ struct Observed {
   std::vector<unsigned char> stopped;  // bodies that a thick fluid stops within the step
   HeldLoads held;                      // over the kick
   TreeStep trees;                      // bodies that move in coordinates of their joints
+  TreeSetting tree_setting(const StepSetting& step) const {
+    return {step.model, step.forest, frames, start, step.h, step.last};
+  }
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
 

@@ -43,7 +43,7 @@ static void find_past_of_trees(const StepSetting& step, const State& state, Obse
   const auto& tendons = step.model.description().tendons;
   if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
   past_of({step.model, o.bodies(), o.joints, state, step.joint_options(o.held.controls)}, rows);
-  change_past(step.forest, step.kick(), o.frames, o.start, o.trees, rows.past);
+  change_past(o.tree_setting(step), o.trees, rows.past);
 }
 
 // The impulses of the last step, for rows that exist in this one. A resting scene needs equal forces, so
@@ -90,8 +90,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
     w = impulses_on_bodies(*posed.problem, posed.x0);
   // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
   // makes the motion of second order with contacts, too.
-  if (!step.forest.empty())
-    foresee_tree_velocities(step.forest, step.h, step.last, o.frames, o.start, w, o.trees, o.free);
+  if (!step.forest.empty()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);
   // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
   posed.predicted.clear();
   if (!w.empty() && !o.contacts.empty()) {

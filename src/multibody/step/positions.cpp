@@ -234,7 +234,7 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
   TreeStep& trees = observed.trees;
   read_rates(step.forest, trees, in.frames, p, trees.after);
   read_rates(step.forest, trees, in.frames, observed.start, trees.before);
-  move_trees(in.model, step.forest, in.frames, p, h, trees.after, trees.before, trees, state);
+  move_trees(observed.tree_setting(step), p, trees.after, trees.before, trees, state);
   return true;
 }
 

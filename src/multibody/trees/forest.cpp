@@ -74,6 +74,7 @@ class Planter {
     b.first = forest_.parent.size();
     if (is_in_tree(link)) {
       b.parent = link.parent;
+      b.above = b.parent < 0 ? -1 : forest_.number[b.parent];
       b.joint = link.joint;
       b.reversed = link.reversed;
       b.dofs = model_.joint(link.joint).dofs.size();

@@ -11,6 +11,7 @@ namespace amontons {
 // displacement of its centre of mass and a turn about it, in world axes.
 struct TreeBody {
   Index body = world, parent = world;          // parent: another body of a tree, a driven body, or the world
+  Index above = -1;                            // number of the parent among the bodies of trees
   Index joint = -1;                            // -1: a base
   bool reversed = false;                       // the body is B of the joint
   std::size_t first = 0, dofs = 0, count = 0;  // its coordinates; `dofs` of them are dofs of the joint

@@ -79,12 +79,11 @@ void make_drives(const Model& model, const Forest& forest, const State& state, T
 
 }  // namespace
 
-void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                      double h, double kick, TreeStep& trees) {
-  make_inertias(model, forest, frames, trees);
-  make_drives(model, forest, state, trees);
+void make_tree_masses(const TreeSetting& in, const State& state, TreeStep& trees) {
+  make_inertias(in.model, in.forest, in.frames, trees);
+  make_drives(in.model, in.forest, state, trees);
   trees.constrained.reset();
-  trees.constrained = tree_masses(model, forest, h, kick, trees);
+  trees.constrained = tree_masses(in, in.h > 0, trees);
 }
 
 // Composite inertias. Let I be the inertia of all bodies that a body supports. A unit of its column s gives
@@ -92,9 +91,9 @@ void make_tree_masses(const Model& model, const Forest& forest, const State& sta
 //
 // Bodies come after their parents in the list. From the last one to the first, the inertia of a body is
 // complete before it is added to that of its parent. Reference points are those of the tree: inertias add.
-std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
-                                               double kick, TreeStep& trees) {
-  auto masses = unused_linkage(model, forest, trees);
+std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_drives, TreeStep& trees) {
+  const Forest& forest = in.forest;
+  auto masses = unused_linkage(in.model, forest, trees);
   Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreePlace& place = trees.places[i];
@@ -105,7 +104,7 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
     linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
   }
   trees.carried = trees.inertias;
-  if (h > 0)
+  if (with_drives)
     for (std::size_t i = 0; !trees.stiffness.empty() && i < forest.bodies.size(); ++i)
       trees.carried[i].second = trees.carried[i].second + trees.stiffness[forest.bodies[i].body];
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
@@ -119,16 +118,16 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest&
       TreeDrive& drive = trees.drives[k];
       double& diagonal = linkage.rows[linkage.first[k]];
       diagonal += drive.inertia;
-      if (!(h > 0)) continue;
-      drive.euler = euler_share(drive.stiffness, drive.damping, 1 / diagonal, h);
-      const DriveShares share = drive_shares(h, 2 * kick - h, drive.euler);
-      diagonal += kick * (drive.damping * share.rate_after + drive.stiffness * share.stretch_after);
+      if (!with_drives) continue;
+      drive.euler = euler_share(drive.stiffness, drive.damping, 1 / diagonal, in.h);
+      const DriveShares share = drive_shares(in.h, in.last, drive.euler);
+      diagonal += in.kick() * (drive.damping * share.rate_after + drive.stiffness * share.stretch_after);
     }
-    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    if (above < 0) continue;
-    trees.carried[above].mass += inertia.mass;
-    trees.carried[above].first += inertia.first;
-    trees.carried[above].second = trees.carried[above].second + inertia.second;
+    if (b.above < 0) continue;
+    TreeInertia& parent = trees.carried[b.above];
+    parent.mass += inertia.mass;
+    parent.first += inertia.first;
+    parent.second = parent.second + inertia.second;
   }
   linkage.factor();
   return masses;

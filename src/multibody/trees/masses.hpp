@@ -6,12 +6,9 @@
 
 namespace amontons {
 
-// M of the trees at the placed frames, with inertia, springs and dampers of dofs over a step of length h,
-// with impulses over `kick`.
-void make_tree_masses(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                      double h, double kick, TreeStep& trees);
-// The same M once more, over another length of step; 0: without springs and dampers.
-std::shared_ptr<ConstrainedBodies> tree_masses(const Model& model, const Forest& forest, double h,
-                                               double kick, TreeStep& trees);
+// M of the trees at the placed frames, with inertia, springs and dampers of dofs over the step.
+void make_tree_masses(const TreeSetting& in, const State& state, TreeStep& trees);
+// The same M once more, with or without springs and dampers.
+std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_drives, TreeStep& trees);
 
 }  // namespace amontons

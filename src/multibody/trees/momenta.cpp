@@ -68,15 +68,15 @@ void make_flows(const Forest& forest, const BodyFrames& frames, const BodyVeloci
   trees.flow.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
-    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    Flow f = above >= 0 ? trees.flow[above] : flow_of(frames, v, b.parent, trees.places[i].reference);
+    Flow f = b.above >= 0 ? trees.flow[b.above] : flow_of(frames, v, b.parent, trees.places[i].reference);
     for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
     trees.flow[i] = f;
   }
 }
 
-void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                  std::span<const double> rates, double h, TreeStep& trees, std::vector<Flow>& momenta) {
+void make_momenta(const TreeSetting& in, std::span<const double> rates, double h, TreeStep& trees,
+                  std::vector<Flow>& momenta) {
+  const Forest& forest = in.forest;
   trees.moved.resize(forest.bodies.size());
   trees.chord.resize(forest.bodies.size());
   momenta.resize(forest.bodies.size());
@@ -90,11 +90,11 @@ void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelo
       moved = displaced_freely(arm, {r[0], r[1], r[2]}, {r[3], r[4], r[5]}, h);
     } else {
       Transform parent;
-      if (const Index above = b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
-        parent = trees.moved[above];
+      if (b.above >= 0)
+        parent = trees.moved[b.above];
       else if (b.parent >= 0)
-        parent = displaced_freely(frames[b.parent].centre - place.reference, start[b.parent].linear,
-                                  start[b.parent].angular, h);
+        parent = displaced_freely(in.frames[b.parent].centre - place.reference, in.start[b.parent].linear,
+                                  in.start[b.parent].angular, h);
       moved = displaced_on_joint(b, place, rates, h, trees, parent);
     }
     // The rotation vector of the turn is its axis times the angle, so that spin = turn / h is the mean
@@ -103,18 +103,19 @@ void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelo
     const Vec3 way = moved.position + way_of(moved.rotation, arm);
     const Vec3 turn = logarithm(moved.rotation);
     const Vec3 p = (trees.inertias[i].mass / h) * way;
-    const Vec3 spin = rotate(half_of(moved.rotation), frames[b.body].inertia * ((1 / h) * turn));
+    const Vec3 spin = rotate(half_of(moved.rotation), in.frames[b.body].inertia * ((1 / h) * turn));
     momenta[i] = {p, spin + cross(arm, p)};
     trees.chord[i] = from_point((1 / h) * way, (1 / h) * turn, arm);
   }
 }
 
 // Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
-void change_past(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
-                 TreeStep& trees, std::vector<Past>& past) {
-  make_momenta(forest, frames, start, trees.before, -h, trees, trees.momenta);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const Index body = forest.bodies[i].body;
+void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past) {
+  const double h = in.kick();
+  const BodyVelocities& start = in.start;
+  make_momenta(in, trees.before, -h, trees, trees.momenta);
+  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
+    const Index body = in.forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
     const Transform& moved = trees.moved[i];
     const Vec3 centre = place.reference + moved(place.centre - place.reference);
@@ -132,8 +133,7 @@ void subtract_stiffness(const Forest& forest, std::span<const double> rates, Tre
   trees.bias.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
-    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    Flow f = above >= 0 ? trees.bias[above] : Flow{};
+    Flow f = b.above >= 0 ? trees.bias[b.above] : Flow{};
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
       f += (rates[k] - trees.before[k]) * trees.columns[k];
     trees.bias[i] = f;
@@ -141,10 +141,10 @@ void subtract_stiffness(const Forest& forest, std::span<const double> rates, Tre
   }
 }
 
-void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                       std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta) {
-  momenta.resize(forest.bodies.size());
-  make_flows(forest, frames, start, rates, trees);
+void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, TreeStep& trees,
+                       std::vector<Flow>& momenta) {
+  momenta.resize(in.forest.bodies.size());
+  make_flows(in.forest, in.frames, in.start, rates, trees);
   for (std::size_t i = 0; i < momenta.size(); ++i) momenta[i] = momentum_of(trees.inertias[i], trees.flow[i]);
 }
 

@@ -19,16 +19,15 @@ void make_flows(const Forest& forest, const BodyFrames& frames, const BodyVeloci
 // The momentum of each body, as a wrench about the reference, while its coordinates move with the rates for
 // h; h < 0: while they came. It belongs to the displacement of the centre of mass and to the rotation over h.
 // The inertia is that in the middle, R I R' with R half of the rotation.
-void make_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                  std::span<const double> rates, double h, TreeStep& trees, std::vector<Flow>& momenta);
+void make_momenta(const TreeSetting& in, std::span<const double> rates, double h, TreeStep& trees,
+                  std::vector<Flow>& momenta);
 
 // The same of rates so slow that the displacement over a step is that of the velocity.
-void make_slow_momenta(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                       std::span<const double> rates, TreeStep& trees, std::vector<Flow>& momenta);
+void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, TreeStep& trees,
+                       std::vector<Flow>& momenta);
 
 // Poses and velocities of the bodies of trees at the start of the last displacement, over h.
-void change_past(const Forest& forest, double h, const BodyFrames& frames, const BodyVelocities& start,
-                 TreeStep& trees, std::vector<Past>& past);
+void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past);
 
 // Inertias that stand for the stiffness of light links resist the change of rates since the start.
 void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,

@@ -123,8 +123,7 @@ void place_all(const Model& model, const Forest& forest, const State& state, Tre
     if (b.joint < 0) {
       place_freely(model, b, state, place, trees);
     } else {
-      const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
-      place_on_joint(model, b, above < 0 ? pose_in(state, b.parent) : trees.places[above].pose,
+      place_on_joint(model, b, b.above < 0 ? pose_in(state, b.parent) : trees.places[b.above].pose,
                      state.coordinates, place, trees);
     }
     place.centre = place.pose(model.body(b.body).centre_of_mass);

@@ -18,13 +18,12 @@ namespace {
 // Forces along a coordinate that are linear in its rate act implicitly, as those of rows (drive_terms).
 //
 // The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
-double drive_impulse(const TreeStep& trees, std::size_t k, double rate, double h, double last) {
+double drive_impulse(const TreeSetting& in, const TreeStep& trees, std::size_t k, double rate) {
   const TreeDrive& d = trees.drives[k];
-  const DriveShares s = drive_shares(h, last, d.euler);
+  const DriveShares s = drive_shares(in.h, in.last, d.euler);
   const double before = trees.before[k];
-  return -0.5 * (last + h) *
-             (d.stiffness * (d.stretch + s.stretch_after * rate + s.stretch_before * before) +
-              d.damping * (s.rate_after * rate + s.rate_before * before)) -
+  return -in.kick() * (d.stiffness * (d.stretch + s.stretch_after * rate + s.stretch_before * before) +
+                       d.damping * (s.rate_after * rate + s.rate_before * before)) -
          d.inertia * (rate - before);
 }
 
@@ -46,8 +45,7 @@ void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees)
     const TreeBody& b = forest.bodies[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
       trees.along[k] = power(impulses[i], trees.columns[k]);
-    if (const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent]; above >= 0)
-      impulses[above] += impulses[i];
+    if (b.above >= 0) impulses[b.above] += impulses[i];
   }
 }
 
@@ -95,25 +93,24 @@ double largest(std::span<const double> rates) {
 // impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
-// which each round of Newton's method reduces the error. `pushed`: impulses along the coordinates.
+// which each round of Newton's method reduces the error. `trees.pushed`: impulses along the coordinates.
 //
 // False: the rounds diverge, as coordinates turn too far within the step.
-bool find_rates(const Forest& forest, double h, double last_step, const BodyFrames& frames,
-                const BodyVelocities& start, std::span<const double> pushed, TreeStep& trees,
-                std::vector<double>& rates) {
+bool find_rates(const TreeSetting& in, TreeStep& trees, std::vector<double>& rates) {
+  const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
   const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
   for (int round = 0; round < trees::policy.most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
-    make_momenta(forest, frames, start, rates, h, trees, trees.impulse);
+    make_momenta(in, rates, in.h, trees, trees.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
       trees.impulse[i] = trees.supply[i] - trees.impulse[i];
     subtract_stiffness(forest, rates, trees, trees.impulse);
     project(forest, trees.impulse, trees);
     for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(trees, k, rates[k], h, last_step) + pushed[k];
+      trees.along[k] += drive_impulse(in, trees, k, rates[k]) + trees.pushed[k];
     trees.constrained->linkage->solve(trees.along.data());
     for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
     const double change = largest(trees.along);
@@ -131,8 +128,10 @@ bool find_rates(const Forest& forest, double h, double last_step, const BodyFram
 
 // Impulses of loads on each body over the kick, about the reference. The momenta before the step are added to
 // them when the impulses of rows are foreseen, so that the search for contacts does without.
-static void supply_loads(const Model& model, const Forest& forest, double kick,
-                         const std::vector<BodyImpulse>& loads, TreeStep& trees) {
+static void supply_loads(const TreeSetting& in, const std::vector<BodyImpulse>& loads, TreeStep& trees) {
+  const Model& model = in.model;
+  const Forest& forest = in.forest;
+  const double kick = in.kick();
   trees.supply.resize(forest.bodies.size());
   const Vec3& gravity = model.description().gravity;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
@@ -154,22 +153,21 @@ static void supply_loads(const Model& model, const Forest& forest, double kick,
 // A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
 //
 // trees.impulse: minus those that the bodies need over the kick to keep their rates.
-static void subtract_velocity_terms(const Forest& forest, const BodyFrames& frames,
-                                    const BodyVelocities& start, double kick, TreeStep& trees) {
+static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
+  const Forest& forest = in.forest;
   trees.impulse.resize(forest.bodies.size());
   const auto straight = [&](Index body) {
-    return body < 0 ? Flow{} : Flow{-cross(start[body].angular, start[body].linear), {}};
+    return body < 0 ? Flow{} : Flow{-cross(in.start[body].angular, in.start[body].linear), {}};
   };
   trees.flow.resize(forest.bodies.size());
   trees.bias.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     const Vec3& reference = trees.places[i].reference;
-    const Index above = b.joint < 0 || b.parent < 0 ? -1 : forest.number[b.parent];
-    Flow v = above >= 0 ? trees.flow[above] : flow_of(frames, start, b.parent, reference);
-    Flow a = above >= 0 ? trees.bias[above] : straight(b.parent);
+    Flow v = b.above >= 0 ? trees.flow[b.above] : flow_of(in.frames, in.start, b.parent, reference);
+    Flow a = b.above >= 0 ? trees.bias[b.above] : straight(b.parent);
     if (b.joint < 0) {
-      v = flow_of(frames, start, b.body, reference);
+      v = flow_of(in.frames, in.start, b.body, reference);
       a = straight(b.body);
     }
     for (std::size_t c = 0; b.joint >= 0 && c < b.count; ++c) {
@@ -184,7 +182,7 @@ static void subtract_velocity_terms(const Forest& forest, const BodyFrames& fram
     const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
     const Flow change{needed.linear + cross(v.angular, p.linear),
                       needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
-    trees.impulse[i] = (-kick) * change;
+    trees.impulse[i] = (-in.kick()) * change;
   }
 }
 
@@ -192,10 +190,10 @@ static void subtract_velocity_terms(const Forest& forest, const BodyFrames& fram
 // a step. Their share s is the largest at which the energy of the rates does not rise in this pose:
 //
 //   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -K c(q, q'),   d = M^-1 p.
-static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames, const BodyVelocities& start,
-                                 double kick, TreeStep& trees) {
+static void limit_velocity_terms(const TreeSetting& in, TreeStep& trees) {
+  const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
-  subtract_velocity_terms(forest, frames, start, kick, trees);
+  subtract_velocity_terms(in, trees);
   project(forest, trees.impulse, trees);
   std::vector<double>& change = trees.mean;
   change = trees.along;
@@ -211,34 +209,33 @@ static void limit_velocity_terms(const Forest& forest, const BodyFrames& frames,
 
 // One round with the velocity terms at the start of the step is of first order, which is enough to search for
 // contacts. It costs a third of a round with momenta over displacements.
-void make_free_tree_velocities(const Model& model, const Forest& forest, double h, double last,
-                               const BodyFrames& frames, const BodyVelocities& start,
-                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free) {
-  const double kick = 0.5 * (last + h);
-  read_rates(forest, trees, frames, start, trees.before);
-  supply_loads(model, forest, kick, loads, trees);
+void make_free_tree_velocities(const TreeSetting& in, const std::vector<BodyImpulse>& loads, TreeStep& trees,
+                               BodyVelocities& free) {
+  const Forest& forest = in.forest;
+  read_rates(forest, trees, in.frames, in.start, trees.before);
+  supply_loads(in, loads, trees);
   const std::size_t n = forest.parent.size();
   trees.along.resize(n);
-  subtract_velocity_terms(forest, frames, start, kick, trees);
+  subtract_velocity_terms(in, trees);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.impulse[i] += trees.supply[i];
   trees.slow_supply = trees.impulse;
   project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, trees.before[k], h, last);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(in, trees, k, trees.before[k]);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.before;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.along[k];
   trees.fastest = largest(trees.before);
-  if (is_fast(h * trees.fastest)) limit_velocity_terms(forest, frames, start, kick, trees);
-  write_velocities(forest, frames, trees.free, trees, free);
+  if (is_fast(in.h * trees.fastest)) limit_velocity_terms(in, trees);
+  write_velocities(forest, in.frames, trees.free, trees, free);
 }
 
 // Joints do no work over two displacements in mean, if these are short: their forces are normal to the
 // motion in the pose between them. Coordinates that turn by radians within a step break this.
-static bool creates_energy(const Forest& forest, double h, double last, const BodyFrames& frames,
-                           const BodyVelocities& start, TreeStep& trees) {
+static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
+  const Forest& forest = in.forest;
   const double fastest = std::max(trees.fastest, largest(trees.free));
-  if (!is_fast(h * fastest)) return false;
-  make_momenta(forest, frames, start, trees.free, h, trees, trees.impulse);
+  if (!is_fast(in.h * fastest)) return false;
+  make_momenta(in, trees.free, in.h, trees, trees.impulse);
   double energy = 0, work = 0;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     energy += power(trees.momenta[i], trees.chord_before[i]) + power(trees.impulse[i], trees.chord[i]);
@@ -247,24 +244,24 @@ static bool creates_energy(const Forest& forest, double h, double last, const Bo
   for (std::size_t i = 0; i < forest.bodies.size(); ++i)
     work += power(trees.impulse[i], trees.chord[i]) + power(trees.impulse[i], trees.chord_before[i]);
   for (std::size_t k = 0; k < trees.free.size(); ++k)
-    work -= (drive_impulse(trees, k, trees.free[k], h, last) + trees.pushed[k]) *
-            (trees.free[k] + trees.before[k]);
+    work -=
+        (drive_impulse(in, trees, k, trees.free[k]) + trees.pushed[k]) * (trees.free[k] + trees.before[k]);
   return !(work <= trees::policy.most_left * energy);
 }
 
 // A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies
 // whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
 // are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
-static void project_momenta(const Forest& forest, double h, double last, const BodyFrames& frames,
-                            const BodyVelocities& start, TreeStep& trees) {
+static void project_momenta(const TreeSetting& in, TreeStep& trees) {
+  const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
   trees.impulse = trees.supply;
   project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(trees, k, 0, h, last);
+  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(in, trees, k, 0);
   trees.constrained->linkage->solve(trees.along.data());
   trees.free = trees.along;
   for (int round = 0; round < trees::policy.most_rounds; ++round) {
-    make_momenta(forest, frames, start, trees.free, h, trees, trees.impulse);
+    make_momenta(in, trees.free, in.h, trees, trees.impulse);
     double had = 0, has = 0, work = 0;
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
       had += 0.5 * power(trees.momenta[i], trees.chord_before[i]);
@@ -284,9 +281,9 @@ static void project_momenta(const Forest& forest, double h, double last, const B
 //
 // The momenta before the step are those of the displacement that led here, over the step before. Without a
 // step before they are those of the rates, which are then of this instant.
-void foresee_tree_velocities(const Forest& forest, double h, double last, const BodyFrames& frames,
-                             const BodyVelocities& start, std::span<const double> w, TreeStep& trees,
+void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, TreeStep& trees,
                              BodyVelocities& free) {
+  const Forest& forest = in.forest;
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
   trees.pushed.assign(n, 0.0);
@@ -301,29 +298,29 @@ void foresee_tree_velocities(const Forest& forest, double h, double last, const 
   }
   trees.first = trees.free;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
-  trees.slow = is_slow(h * std::max(trees.fastest, largest(trees.free)));
+  trees.slow = is_slow(in.h * std::max(trees.fastest, largest(trees.free)));
   if (trees.slow) {
-    make_slow_momenta(forest, frames, start, trees.before, trees, trees.supply);
+    make_slow_momenta(in, trees.before, trees, trees.supply);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.slow_supply[i];
     trees.free = trees.first;
     return;
   }
-  if (last > 0) {
-    make_momenta(forest, frames, start, trees.before, -last, trees, trees.momenta);
+  if (in.last > 0) {
+    make_momenta(in, trees.before, -in.last, trees, trees.momenta);
     trees.chord_before = trees.chord;
   } else {
-    make_slow_momenta(forest, frames, start, trees.before, trees, trees.momenta);
+    make_slow_momenta(in, trees.before, trees, trees.momenta);
     trees.chord_before = trees.flow;
   }
   trees.loads = trees.supply;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
-  const bool found = find_rates(forest, h, last, frames, start, trees.pushed, trees, trees.free);
-  if (found && !creates_energy(forest, h, last, frames, start, trees)) {
+  const bool found = find_rates(in, trees, trees.free);
+  if (found && !creates_energy(in, trees)) {
     for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   } else {
-    project_momenta(forest, h, last, frames, start, trees);
+    project_momenta(in, trees);
   }
-  write_velocities(forest, frames, trees.free, trees, free);
+  write_velocities(forest, in.frames, trees.free, trees, free);
 }
 
 // The velocity of the origin of a body after write_velocities().
@@ -334,9 +331,11 @@ static Vec3 origin_velocity(const TreeStep& trees, std::size_t i) {
 
 // Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
 // middle velocities are those of the rates in the new pose, since the rates are means over the step.
-void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
-                double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
-                State& state) {
+void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const double> rates,
+                std::span<const double> rates_then, TreeStep& trees, State& state) {
+  const Model& model = in.model;
+  const Forest& forest = in.forest;
+  const double h = in.h;
   const auto turn = [&](std::size_t k) { return h * Vec3{rates[k], rates[k + 1], rates[k + 2]}; };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
@@ -358,7 +357,7 @@ void move_trees(const Model& model, const Forest& forest, const BodyFrames& fram
   moved.resize(model.bodies());
   BodyVelocities& after = trees.velocities;
   after = v;
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = frames[i].centre + h * v[i].linear;
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = in.frames[i].centre + h * v[i].linear;
   write_velocities(forest, moved, rates_then, trees, after);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
@@ -390,8 +389,9 @@ void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, 
 //
 // A ball has the inertia of its drive here; its spring and damper are rows. Columns of a reversed joint are
 // -1 times the axes of A.
-void store_drive_impulses(const Forest& forest, double h, double last, const TreeStep& trees, State& state) {
-  const auto impulse = [&](std::size_t k) { return drive_impulse(trees, k, trees.after[k], h, last); };
+void store_drive_impulses(const TreeSetting& in, const TreeStep& trees, State& state) {
+  const Forest& forest = in.forest;
+  const auto impulse = [&](std::size_t k) { return drive_impulse(in, trees, k, trees.after[k]); };
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     if (b.joint < 0) continue;

@@ -12,29 +12,26 @@ namespace amontons {
 void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,
                 const BodyVelocities& v, std::vector<double>& rates);
 
-// Velocities of the bodies of trees after a step of length h without impulses, nearly: for the search for
-// contacts. `last`: length of the step before, 0 for none; `loads`: impulses.
-void make_free_tree_velocities(const Model& model, const Forest& forest, double h, double last,
-                               const BodyFrames& frames, const BodyVelocities& start,
-                               const std::vector<BodyImpulse>& loads, TreeStep& trees, BodyVelocities& free);
+// Velocities of the bodies of trees after a step without impulses, nearly: for the search for contacts.
+// `loads`: impulses.
+void make_free_tree_velocities(const TreeSetting& in, const std::vector<BodyImpulse>& loads, TreeStep& trees,
+                               BodyVelocities& free);
 
 // The same to rounding, if impulses w (six numbers per body of the model; empty: none) will act. M^-1 J'w is
 // not included, but the motion that results with it.
-void foresee_tree_velocities(const Forest& forest, double h, double last, const BodyFrames& frames,
-                             const BodyVelocities& start, std::span<const double> w, TreeStep& trees,
+void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, TreeStep& trees,
                              BodyVelocities& free);
 
 // Moves the trees with the rates over h. Writes poses and coordinates in the state, and there the middle
 // velocities for `rates_then`. Bodies outside of trees have moved already, with the velocities v.
-void move_trees(const Model& model, const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
-                double h, std::span<const double> rates, std::span<const double> rates_then, TreeStep& trees,
-                State& state);
+void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const double> rates,
+                std::span<const double> rates_then, TreeStep& trees, State& state);
 // The velocities in the state after the trees have moved with `after` over h. They are ahead by a share of
 // the change of the rates: `ahead`, per body of the model.
 void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, TreeStep& trees,
                            State& state);
 
 // Stores the impulses of springs, dampers and inertias that M contains, for the rates `after`.
-void store_drive_impulses(const Forest& forest, double h, double last, const TreeStep& trees, State& state);
+void store_drive_impulses(const TreeSetting& in, const TreeStep& trees, State& state);
 
 }  // namespace amontons

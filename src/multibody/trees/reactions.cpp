@@ -49,10 +49,7 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
     JointWrench& wrench = wrenches[b.joint];
     wrench.force += locked.linear;
     wrench.torque += locked.angular + cross(joint.arm, locked.linear);
-    const Index above = b.parent < 0 ? -1 : forest.number[b.parent];
-    if (above < 0) continue;
-    trees.impulse[above].linear += f.linear;
-    trees.impulse[above].angular += f.angular;
+    if (b.above >= 0) trees.impulse[b.above] += f;
   }
 }
 
@@ -60,24 +57,21 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
 
 // The joints supply the momenta after the step, less those before it and all loads. trees.supply still holds
 // the latter two.
-void store_tree_reactions(const Forest& forest, const JointContexts& joints, const BodyFrames& frames,
-                          const BodyVelocities& start, std::span<const double> w, double h, TreeStep& trees,
-                          State& state) {
+void store_tree_reactions(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
+                          TreeStep& trees, State& state) {
   if (trees.slow)
-    make_slow_momenta(forest, frames, start, trees.after, trees, trees.impulse);
+    make_slow_momenta(in, trees.after, trees, trees.impulse);
   else
-    make_momenta(forest, frames, start, trees.after, h, trees, trees.impulse);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    trees.impulse[i].linear -= trees.supply[i].linear;
-    trees.impulse[i].angular -= trees.supply[i].angular;
-  }
-  add_reactions(forest, joints, w, trees, state.joint_wrenches);
+    make_momenta(in, trees.after, in.h, trees, trees.impulse);
+  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i)
+    trees.impulse[i] = trees.impulse[i] - trees.supply[i];
+  add_reactions(in.forest, joints, w, trees, state.joint_wrenches);
 }
 
 // In an impact bodies do not move: the change of their momenta is M_b times that of their velocities.
-void add_tree_impacts(const Model& model, const Forest& forest, const JointContexts& joints,
-                      const BodyFrames& frames, std::span<const double> w, const ConstrainedBodies& masses,
-                      TreeStep& trees, std::vector<JointWrench>& wrenches) {
+void add_tree_impacts(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
+                      const ConstrainedBodies& masses, TreeStep& trees, std::vector<JointWrench>& wrenches) {
+  const Forest& forest = in.forest;
   std::vector<double> change;
   for (const Index i : masses.body) change.insert(change.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
   masses.apply(change.data());
@@ -85,8 +79,8 @@ void add_tree_impacts(const Model& model, const Forest& forest, const JointConte
   for (std::size_t k = 0; k < masses.body.size(); ++k) {
     const Index body = masses.body[k], i = forest.number[body];
     const double* v = &change[6 * k];
-    const Vec3 p = model.body(body).mass * Vec3{v[0], v[1], v[2]};
-    trees.impulse[i] = {p, frames[body].inertia * Vec3{v[3], v[4], v[5]} +
+    const Vec3 p = in.model.body(body).mass * Vec3{v[0], v[1], v[2]};
+    trees.impulse[i] = {p, in.frames[body].inertia * Vec3{v[3], v[4], v[5]} +
                                cross(trees.places[i].centre - trees.places[i].reference, p)};
   }
   add_reactions(forest, joints, w, trees, wrenches);

@@ -7,13 +7,11 @@ namespace amontons {
 // Stores the impulses of the locked directions of joints of trees, as rows would store them. The motion with
 // the rates `after` needs them beside loads and the impulses w of rows (six numbers per body of the model).
 // Before the trees move.
-void store_tree_reactions(const Forest& forest, const JointContexts& joints, const BodyFrames& frames,
-                          const BodyVelocities& start, std::span<const double> w, double h, TreeStep& trees,
-                          State& state);
+void store_tree_reactions(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
+                          TreeStep& trees, State& state);
 
 // The same for impulses w of an impact, with the M of trees in it; added to the wrenches of joints.
-void add_tree_impacts(const Model& model, const Forest& forest, const JointContexts& joints,
-                      const BodyFrames& frames, std::span<const double> w, const ConstrainedBodies& masses,
-                      TreeStep& trees, std::vector<JointWrench>& wrenches);
+void add_tree_impacts(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
+                      const ConstrainedBodies& masses, TreeStep& trees, std::vector<JointWrench>& wrenches);
 
 }  // namespace amontons

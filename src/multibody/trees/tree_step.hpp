@@ -52,6 +52,17 @@ struct TreeDrive {
   double stiffness = 0, stretch = 0, damping = 0, inertia = 0, euler = 1;
 };
 
+// The step in which trees move: its model, the bodies at its start, and its length and that of the one before
+// (s; 0: there is none).
+struct TreeSetting {
+  const Model& model;
+  const Forest& forest;
+  const BodyFrames& frames;
+  const BodyVelocities& start;
+  double h, last;
+  double kick() const { return 0.5 * (last + h); }
+};
+
 // M over a step contains forces along one coordinate that are linear in its rate: of inertia, damper and
 // spring. As rows of the problem they would be bilateral with the compliance of drive_terms() and leave it by
 // elimination, with the same result.

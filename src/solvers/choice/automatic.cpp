@@ -55,8 +55,11 @@ Costs costs_of(const Problem& problem, std::size_t held) {
   const double product = choice::policy.product_per_row * rows +
                          choice::policy.product_per_held_body * static_cast<double>(held);
   const double assembly = choice::policy.factor_per_block * static_cast<double>(problem.K.blocks());
-  if (std::holds_alternative<ContactSystem>(problem.A))
-    return {product, assembly, problem.graph.bodies() > choice::policy.small_island ? analysed : nullptr};
+  if (const auto* A = std::get_if<ContactSystem>(&problem.A)) {
+    const auto of_trees = static_cast<double>(A->half.value.size());
+    const bool analyses = of_trees > 0 || problem.graph.bodies() > choice::policy.small_island;
+    return {product + of_trees, assembly, analyses ? analysed : nullptr};
+  }
   double entries = rows * rows;
   if (const auto* A = std::get_if<SparseOperator>(&problem.A)) entries = static_cast<double>(A->data.size());
   return {product + entries, assembly + 3 * entries, analysed};
@@ -65,7 +68,6 @@ Costs costs_of(const Problem& problem, std::size_t held) {
 bool can_factor(const Problem& problem) {
   if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
   const auto* system = std::get_if<ContactSystem>(&problem.A);
-  if (has_trees(problem)) return false;
   return system ? system->bodies.size() <= choice::policy.most_bodies
                 : problem.rows() <= choice::policy.most_rows;
 }
@@ -118,8 +120,6 @@ const char* remark(const Problem& problem) {
 
 // If the caller sets no limit, nominal `work` (ns) of a problem of few blocks limits the race.
 Solution race_for(const Problem& problem, const Options& options, Budget& budget, double work) {
-  if (has_trees(problem) && problem.rows() <= choice::policy.most_rows)
-    return race_for(as_matrix(problem), options, budget, work);
   const Law law = law_of(problem, options);
   const bool linear = problem.K.all_bilateral(), watched = options.history || options.callback;
   const bool coulomb = law == Law::coulomb && problem.K.has_friction();

@@ -15,11 +15,6 @@ namespace {
 // rows of joints and with trees are separate groups, because different methods suit them. Islands are taken
 // in the order of their first block, so that groups, and with them the bits of the result, depend only on the
 // problem.
-//
-// A group with a tree is given to the race as a dense matrix, since M of trees has no place in the factors of
-// free bodies (can_factor). The square of its rows is the price of a product, so that a free island there
-// would pay for the tree, and a tree for free islands. Each tree lies in one island (contact_graph.cpp): the
-// kind of an island is that of its bodies.
 std::size_t gather(const ContactSystem& A, const Islands& islands, std::vector<Index>& island) {
   island = islands.of_block;
   std::vector<std::size_t> size(islands.count, 0);

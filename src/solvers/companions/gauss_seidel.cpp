@@ -169,8 +169,10 @@ std::unique_ptr<Run> start_gauss_seidel(const Problem& problem, const Options& o
       problem.A);
 }
 
+// A sweep over bodies changes the velocities of two bodies per row; an impulse on a tree moves all of it.
 Solution gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
-  return complete(start_gauss_seidel(problem, options, budget));
+  if (!has_trees(problem)) return complete(start_gauss_seidel(problem, options, budget));
+  return gauss_seidel(as_matrix(problem), options, budget);
 }
 
 }  // namespace amontons

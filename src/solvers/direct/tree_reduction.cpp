@@ -39,13 +39,15 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
 //
 // The matrix that is factored has the smaller of rows and coordinates. Rows beyond the coordinates add to a
 // step in proportion, m n^2 in place of m^3 / 3, as contacts do in a method that works on accelerations. A
-// cube of 26 parts has 126 coordinates and 900 rows of contacts.
+// cube of 26 parts has 126 coordinates and 900 rows of contacts. Islands of free bodies alone count rows, as
+// they do without trees: beside a robot, too, a pile has a sparse matrix in the race.
 //
 // All coordinates of a tree count, also those that no row of the island reaches. find_used() would be exact,
 // but needs the rows of Y. A tree is counted at its first coordinate, a free body after all trees.
 bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
   struct Size {
     std::size_t held = 0, others = 0, coordinates = 0;
+    bool has_tree = false;
   };
   static thread_local std::vector<Size> size;
   static thread_local std::vector<std::size_t> root, left;  // left: coordinates that are not counted yet
@@ -66,6 +68,7 @@ bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
       if (body < 0) continue;
       const Index place = trees_->place_of(body);
       const Index last = place < 0 ? -1 : trees_->last[place];
+      island.has_tree = island.has_tree || last >= 0;
       if (last >= 0)
         island.coordinates += std::exchange(left[root[static_cast<std::size_t>(last)]], 0);
       else if (is_free(body))
@@ -73,7 +76,7 @@ bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
     }
   }
   return std::all_of(size.begin(), size.end(), [most_rows](const Size& s) {
-    return std::max(s.held, std::min(s.others, s.coordinates)) <= most_rows;
+    return std::max(s.held, s.has_tree ? std::min(s.others, s.coordinates) : s.others) <= most_rows;
   });
 }
 

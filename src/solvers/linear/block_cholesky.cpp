@@ -86,7 +86,7 @@ BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pa
   const std::size_t front_entries = largest_front * (largest_front + 8);
   const auto entries = static_cast<double>(panel_entries + front_entries + largest_stack);
   leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
-  sides_[lower].panels.resize(panel_entries + 2);  // kernels add zeros to up to two entries past a block
+  sides_[lower].panels.resize(panel_entries + 7);  // kernels add zeros to up to seven entries past a block
   sides_[lower].front.resize(front_entries);
   sides_[lower].stack.resize(largest_stack);
   // One scratch array for two uses: the packed panel of factor(), the vectors of solve().

@@ -5,24 +5,24 @@
 
 namespace amontons {
 
-// The loops of a body-space system over its rows. A row of G is 16 doubles, six for body a at 0 and six for
-// body b at 8, zeros elsewhere. A body vector is eight doubles per node, two of them zero. A missing body is
-// node `nodes`, an extra one that stays zero, so that no loop has a branch.
-struct BodyRows {
-  std::size_t rows;
-  const int* node_a;
-  const int* node_b;
-  const double* G;
+// The loops of a body-space system over its rows. A block has some rows, all on the same nodes. A row of G is
+// eight doubles per node, zeros beyond the coordinates of the node. So is a vector of the nodes.
+struct NodeRows {
+  std::size_t blocks;
+  const int *rows, *nodes;  // per block, how many
+  const int* node;          // one block after the other
+  const double* G;          // one row after the other
 };
 
-// Rows are processed in their order: rows that share a body must not be reordered.
+// Rows are processed in their order: rows that share a node must not be reordered.
 AMONTONS_FOR_EACH_ISA(
-    void scatter_rows(const BodyRows& rows, const double* z, double* nodes);   // nodes += G' z
-    void gather_rows(const BodyRows& rows, const double* nodes, double* out);  // out = G nodes
-    // dim rows of G = R' D, R row-major dim x dim
-    void combine_rows(const double* R, int dim, const double* D, double* G);
-    // 6 x 6 block at H (column-major) += sum over `dim` rows of left' right; left and right point
-    // into G. Also adds zeros to two entries past each column.
-    void add_outer_product(double* H, int stride, const double* left, const double* right, int dim);)
+    void scatter_rows(const NodeRows& rows, const double* z, double* nodes);   // nodes += G' z
+    void gather_rows(const NodeRows& rows, const double* nodes, double* out);  // out = G nodes
+    // dim rows of G = R' D, R row-major dim x dim; rows of D and G have `lanes` numbers, a multiple of eight
+    void combine_rows(const double* R, int dim, const double* D, double* G, int lanes);
+    // 8 x `columns` block at H (column-major) += sum over `dim` rows of left' right; left and right point
+    // into G, whose rows have `lanes` numbers. Only the rows of a node count: those beyond get zeros.
+    void add_outer_product(double* H, int stride, const double* left, const double* right, int lanes, int dim,
+                           int columns);)
 
 }  // namespace amontons

@@ -16,6 +16,10 @@
 // the contact graph, for any number of contacts between two bodies. Working with C on both sides of D keeps S
 // symmetric with eigenvalues of 1 or more. Fixed bodies have no place in it.
 //
+// Trees have C = J L^-1 D^-1/2 with M = L'DL (problem/linkage.hpp). A row of D C has entries at the
+// coordinates between its bodies and the root. These are nodes of S in place of the bodies
+// (motion_nodes.hpp). M is not in S: two coordinates share a block only if one row reaches both.
+//
 // 4. Blocks J in place of I need not be symmetric (the derivative of the De Saxce term). With P = (J + R'E
 // R)^-1, block by block, and G = R'D C,
 //    z = P (q - G v),   v = G'z:   (I + G'P G) v = G'P q,
@@ -28,21 +32,10 @@
 #include "amontons/base/error.hpp"
 #include "amontons/base/leave.hpp"
 #include "solvers/linear/body_kernel.hpp"
+#include "solvers/linear/motion_nodes.hpp"
 #include "solvers/linear/small_roots.hpp"
 
 namespace amontons {
-
-namespace {
-
-// Positions of the bodies that have a node, in the order of the nodes; empty if positions are unknown.
-std::vector<Vec3> positions_of(const ContactSystem& A, const std::vector<int>& node) {
-  std::vector<Vec3> positions;
-  for (std::size_t i = 0; i < A.bodies.centre.size(); ++i)
-    if (node[i] >= 0) positions.push_back(A.bodies.centre[i]);
-  return positions;
-}
-
-}  // namespace
 
 // The operator decides the space: bodies use body space, matrices impulse space. The pattern is analysed
 // here, once. The reference to the problem serves the products of refinement.
@@ -52,7 +45,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     offset_[block] = factor_size_;
     factor_size_ += S::dim * S::dim;
-    blocks_[block] = {static_cast<int>(row), S::dim, -1, -1, {}, {}, {}};
+    blocks_[block] = {static_cast<int>(row), S::dim, 0, 0, 0};
   });
   const std::size_t m = problem.rows();
   for (std::vector<double>* v : {&q_, &z_, &correction_, &work_}) v->resize(m);
@@ -78,56 +71,80 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
       problem.A);
 }
 
-// Nodes are the bodies that move, edges the blocks between two of them: the graph of the problem. D C is
-// formed row by row. A row without a body on one side has zeros there and points to the extra node, so that
-// kernels have no branch.
+// Nodes are coordinates of motion, edges the pairs of nodes on which a block acts. D C is formed row by row,
+// in the order of the blocks.
 void ShiftedSystem::analyse(const ContactSystem& A) {
-  const ContactGraph& graph = problem_.graph;
-  std::vector<int> node(graph.bodies(), -1);
-  nodes_ = 0;
-  for (std::size_t i = 0; i < node.size(); ++i)
-    if (graph.moves[i]) node[i] = nodes_++;
+  const MotionNodes nodes(A, problem_.graph);
   in_body_space_ = true;
-
-  // Rows of D C are constant; factor() makes those of G = L^-1 R'D C from them.
-  node_a_.resize(A.rows());
-  node_b_.resize(A.rows());
-  D_.assign(A.rows(), {});
-  G_.assign(A.rows(), {});
   compliance_ = A.compliance;
   if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
     L_.resize(factor_size_);
-  for (std::size_t i = 0; i < A.rows(); ++i) {
-    const JacobianRow& row = A.jacobian[i];
-    const auto fill = [&](Index body, const std::array<double, 6>& j, double* out) {
-      if (body >= 0)
-        times_root(j, std::sqrt(A.bodies.inverse_mass[body]),
-                   semidefinite_root(A.bodies.inverse_inertia[body]), out);
-    };
-    fill(row.body_a, row.a, D_[i].data());
-    fill(row.body_b, row.b, D_[i].data() + 8);
-  }
+  start_.assign(1, 0);
+  for (const int size : nodes.size) start_.push_back(start_.back() + size);
+
   std::vector<std::pair<int, int>> edges;
+  std::vector<int> place(nodes.size.size(), -1);  // of each node among those of the present block
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    Block& block = blocks_[b];
-    const ContactGraph::Link& link = graph.links[b];
-    block.body_a = link.a >= 0 ? node[link.a] : -1;
-    block.body_b = link.b >= 0 ? node[link.b] : -1;
-    if (block.body_a >= 0 && block.body_b >= 0) edges.emplace_back(block.body_a, block.body_b);
-    for (int i = block.row; i < block.row + block.dim; ++i) {
-      node_a_[i] = block.body_a >= 0 ? block.body_a : nodes_;
-      node_b_[i] = block.body_b >= 0 ? block.body_b : nodes_;
+    find_nodes(A, nodes, b, place);
+    const std::span<const int> own = nodes_of(b);
+    for (std::size_t j = 0; j < own.size(); ++j) {
+      for (std::size_t i = 0; i < j; ++i) edges.emplace_back(own[i], own[j]);
+      place[own[j]] = -1;
     }
   }
+  G_.resize(D_.size());
   // Symbolic only. The places of the blocks do not change, so they are looked up once.
-  cholesky_ = BlockCholesky(std::vector<int>(nodes_, 6), edges, positions_of(A, node));
-  for (Block& block : blocks_) {
-    if (block.body_a >= 0) block.aa = cholesky_.slot(block.body_a, block.body_a);
-    if (block.body_b >= 0) block.bb = cholesky_.slot(block.body_b, block.body_b);
-    if (block.body_a >= 0 && block.body_b >= 0) block.ab = cholesky_.slot(block.body_a, block.body_b);
+  cholesky_ = BlockCholesky(nodes.size, edges, nodes.position);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    blocks_[b].slot = slots_.size();
+    const std::span<const int> own = nodes_of(b);
+    for (std::size_t j = 0; j < own.size(); ++j)
+      for (std::size_t i = 0; i <= j; ++i) slots_.push_back(cholesky_.slot(own[i], own[j]));
   }
   packed_.resize(cholesky_.rows());
-  node_vectors_.resize(8 * nodes_ + 8);
+  node_vectors_.resize(8 * nodes.size.size());
+}
+
+// The nodes of a block, and its rows of D C, with eight numbers per node. `place` is -1 before.
+void ShiftedSystem::find_nodes(const ContactSystem& A, const MotionNodes& nodes, std::size_t b,
+                               std::vector<int>& place) {
+  Block& block = blocks_[b];
+  block.node = node_.size();
+  block.value = D_.size();
+  const auto take = [&](int node) {
+    if (node < 0 || place[node] >= 0) return;
+    place[node] = static_cast<int>(node_.size() - block.node);
+    node_.push_back(node);
+  };
+  const ContactGraph::Link& link = problem_.graph.links[b];
+  for (const Index body : {link.a, link.b})
+    if (body >= 0) take(nodes.of_body[body]);
+  const auto entries = [&](int i) {  // of trees
+    const HalfRows& half = A.half;
+    return half.first.empty() ? std::pair<std::size_t, std::size_t>{}
+                              : std::pair{half.first[i], half.first[i + 1]};
+  };
+  for (int i = block.row; i < block.row + block.dim; ++i)
+    for (auto [k, last] = entries(i); k < last; ++k) take(nodes.of_coordinate[A.half.coordinate[k]]);
+  dims_.push_back(block.dim);
+  counts_.push_back(static_cast<int>(node_.size() - block.node));
+
+  const std::size_t lanes = 8 * static_cast<std::size_t>(counts_.back());
+  D_.resize(block.value + lanes * block.dim, 0.0);
+  for (int i = block.row; i < block.row + block.dim; ++i) {
+    double* out = D_.data() + block.value + lanes * (i - block.row);
+    const auto fill = [&](Index body, const std::array<double, 6>& j) {
+      if (body >= 0 && nodes.of_body[body] >= 0)
+        times_root(j, std::sqrt(A.bodies.inverse_mass[body]),
+                   semidefinite_root(A.bodies.inverse_inertia[body]), out + 8 * place[nodes.of_body[body]]);
+    };
+    fill(A.jacobian[i].body_a, A.jacobian[i].a);
+    fill(A.jacobian[i].body_b, A.jacobian[i].b);
+    for (auto [k, last] = entries(i); k < last; ++k) {
+      const Index coordinate = A.half.coordinate[k];
+      out[8 * place[nodes.of_coordinate[coordinate]] + nodes.place[coordinate]] = A.half.value[k];
+    }
+  }
 }
 
 // For a matrix: nodes are the blocks of K, edges the pairs of blocks with a nonzero entry. Only the lower
@@ -160,10 +177,7 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
     leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
     pair.slot = cholesky_.slot(pair.i, pair.j);
   }
-  for (Block& block : blocks_) {
-    const int b = static_cast<int>(&block - blocks_.data());
-    block.aa = cholesky_.slot(b, b);
-  }
+  for (int b = 0; b < static_cast<int>(blocks_.size()); ++b) slots_.push_back(cholesky_.slot(b, b));
   require_semidefinite();
 }
 
@@ -192,22 +206,22 @@ void ShiftedSystem::require_semidefinite() {
       "solution; check the signs of its rows");
 }
 
-// G = L^-1 R'D C of one block, from rows of D C: the product with R', then forward substitution, all 16
-// columns.
+// G = L^-1 R'D C of one block, from rows of D C: the product with R', then forward substitution, all columns.
 void ShiftedSystem::form_G(std::size_t b) {
   const Block& block = blocks_[b];
   const double* R = &R_[offset_[b]];
-  double* G = G_[block.row].data();
-  AMONTONS_DISPATCH(combine_rows, R, block.dim, D_[block.row].data(), G);
+  const int lanes = 8 * counts_[b];
+  double* G = G_.data() + block.value;
+  AMONTONS_DISPATCH(combine_rows, R, block.dim, D_.data() + block.value, G, lanes);
   if (!J_.empty()) return form_PG(b);
   // No compliance: L is the identity.
   if (L_.empty()) return;
   double* L = &L_[offset_[b]];
   compliance_root(R, block.dim, compliance_[block.row], L);
-  for (int k = 0; k < 16; ++k)
+  for (int k = 0; k < lanes; ++k)
     for (int i = 0; i < block.dim; ++i) {
-      for (int j = 0; j < i; ++j) G[16 * i + k] -= L[block.dim * i + j] * G[16 * j + k];
-      G[16 * i + k] /= L[(block.dim + 1) * i];
+      for (int j = 0; j < i; ++j) G[lanes * i + k] -= L[block.dim * i + j] * G[lanes * j + k];
+      G[lanes * i + k] /= L[(block.dim + 1) * i];
     }
 }
 
@@ -222,12 +236,13 @@ void ShiftedSystem::form_PG(std::size_t b) {
       for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
     }
   sign_of_blocks_ *= invert(Q, dim, &P_[offset_[b]]);
-  AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_[row].data(), PG_[row].data());
+  const std::size_t at = blocks_[b].value;
+  AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
 }
 
 // S = I + sum over blocks of G_block' G_block, or G_block' P G_block. Each block contributes the products of
-// its sides a and b with themselves, and with each other if both move. For transposed slots left and right
-// are exchanged. The identity is added for each body at its first block: a body in no block has no node.
+// its nodes with themselves, and with each other. For transposed slots left and right are exchanged. The
+// identity is added for each node at its first block: each node has one.
 void ShiftedSystem::assemble_bodies() {
   const bool symmetric = J_.empty();
   if (!symmetric) {
@@ -235,27 +250,29 @@ void ShiftedSystem::assemble_bodies() {
     PG_.resize(G_.size());
   }
   const std::span<double> H = cholesky_.panels(), U = cholesky_.panels(BlockCholesky::upper);
-  // Bodies whose identity has been added.
-  std::vector<char> seen(nodes_, 0);
+  // Nodes whose identity has been added.
+  std::vector<char> seen(start_.size(), 0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     form_G(b);
     const Block& block = blocks_[b];
-    const double *G = G_[block.row].data(), *PG = symmetric ? G : PG_[block.row].data();
-    // `left` and `right` select the sides: 0 for a and 8 for b.
-    const auto add = [&](const BlockCholesky::Slot& slot, int left, int right) {
-      AMONTONS_DISPATCH(add_outer_product, &H[slot.offset], slot.stride, G + left, PG + right, block.dim);
-      if (!symmetric)
-        AMONTONS_DISPATCH(add_outer_product, &U[slot.offset], slot.stride, PG + left, G + right, block.dim);
-    };
-    if (block.body_a >= 0) add(block.aa, 0, 0);
-    if (block.body_b >= 0) add(block.bb, 8, 8);
-    if (block.body_a >= 0 && block.body_b >= 0)
-      block.ab.transposed ? add(block.ab, 8, 0) : add(block.ab, 0, 8);
-    for (const auto& [node, slot] : {std::pair{block.body_a, block.aa}, std::pair{block.body_b, block.bb}})
-      if (node >= 0 && !seen[node]) {
-        seen[node] = 1;
-        for (int c = 0; c < 6; ++c) {
-          const std::size_t at = slot.offset + static_cast<std::size_t>(c) * slot.stride + c;
+    const double *G = G_.data() + block.value, *PG = symmetric ? G : PG_.data() + block.value;
+    const std::span<const int> own = nodes_of(b);
+    const int lanes = 8 * counts_[b];
+    const BlockCholesky::Slot* slot = slots_.data() + block.slot;
+    for (std::size_t j = 0; j < own.size(); ++j)
+      for (std::size_t i = 0; i <= j; ++i, ++slot) {
+        const std::size_t left = slot->transposed ? j : i, right = slot->transposed ? i : j;
+        const int columns = start_[own[right] + 1] - start_[own[right]];
+        const auto add = [&](const std::span<double> to, const double* of_left, const double* of_right) {
+          AMONTONS_DISPATCH(add_outer_product, &to[slot->offset], slot->stride, of_left + 8 * left,
+                            of_right + 8 * right, lanes, block.dim, columns);
+        };
+        add(H, G, PG);
+        if (!symmetric) add(U, PG, G);
+        if (i < j || seen[own[i]]) continue;
+        seen[own[i]] = 1;
+        for (int c = 0; c < columns; ++c) {
+          const std::size_t at = slot->offset + static_cast<std::size_t>(c) * slot->stride + c;
           H[at] += 1;
           if (!symmetric) U[at] += 1;
         }
@@ -288,7 +305,7 @@ void ShiftedSystem::assemble_pairs() {
   const std::span<double> U = cholesky_.panels(BlockCholesky::upper);
   if (!J_.empty()) std::copy(H.begin(), H.end(), U.begin());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const BlockCholesky::Slot& slot = blocks_[b].aa;
+    const BlockCholesky::Slot& slot = slots_[b];
     const int dim = blocks_[b].dim;
     for (int i = 0; i < dim; ++i)
       for (int j = 0; j < dim; ++j) {
@@ -332,20 +349,22 @@ void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   if (!in_body_space()) return cholesky_.solve(z);
   const bool symmetric = J_.empty();
   symmetric ? divide_by_L(z) : times_blocks<true>(P_, z, z);
-  const BodyRows rows{z.size(), node_a_.data(), node_b_.data(), G_.empty() ? nullptr : G_[0].data()};
+  NodeRows rows{blocks_.size(), dims_.data(), counts_.data(), node_.data(), G_.data()};
   std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
-  // Kernels have eight doubles per node, the factorisation six.
+  // Kernels have eight doubles per node, the factorisation its coordinates.
   double* nodes = node_vectors_.data();
+  const std::size_t count = start_.size() - 1;
   // nodes = G'w
   AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes);
-  for (int i = 0; i < nodes_; ++i) std::copy(nodes + 8 * i, nodes + 8 * i + 6, &packed_[6 * i]);
+  for (std::size_t i = 0; i < count; ++i)
+    std::copy_n(nodes + 8 * i, start_[i + 1] - start_[i], packed_.data() + start_[i]);
   // v = S^-1 nodes
   cholesky_.solve(packed_);
-  for (int i = 0; i < nodes_; ++i) std::copy(&packed_[6 * i], &packed_[6 * i] + 6, nodes + 8 * i);
+  for (std::size_t i = 0; i < count; ++i)
+    std::copy_n(packed_.data() + start_[i], start_[i + 1] - start_[i], nodes + 8 * i);
   // work = G v or P G v
-  const BodyRows back{z.size(), node_a_.data(), node_b_.data(),
-                      symmetric || PG_.empty() ? rows.G : PG_[0].data()};
-  AMONTONS_DISPATCH(gather_rows, back, nodes, work_.data());
+  if (!symmetric) rows.G = PG_.data();
+  AMONTONS_DISPATCH(gather_rows, rows, nodes, work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
   if (symmetric) divide_by_L_transposed(z);
 }

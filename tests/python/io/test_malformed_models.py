@@ -194,6 +194,8 @@ WRONG_JSON = [
     (lambda m: m["joints"][0].update(body_a=7), 'joint "hinge"', "body 7 does not exist"),
     (lambda m: m["joints"][0]["dofs"][0].update(kind="twist"), "joints[0].dofs[0].kind", "give one of hinge"),
     (lambda m: m["shapes"][0].update(kind="cube"), "shapes[0]", "not known"),
+    (lambda m: m["shapes"][0].update(radius=-1), "shapes[0]: sphere: the radius must be positive"),
+    (lambda m: m.update(keyframes=3), "keyframes: give a list"),
     (lambda m: m["shapes"][0].pop("radius"), 'shapes[0]: there is no "radius"'),
     (lambda m: m["geoms"][0].update(shape=5), "geoms[0].shape", 'no such shape in "shapes"'),
     (lambda m: m["bodies"][0]["pose"].update(rotation=[0, 0, 0, 0]), 'body "ball"', "normalise it"),

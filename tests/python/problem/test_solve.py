@@ -255,17 +255,6 @@ def test_deadline_holds():
     assert solution.residual < 1
 
 
-# Breaks when a warm start is ignored, or a bad one makes things worse.
-def test_warm_start():
-    problem = wall()
-    first = problem.solve(tolerance=1e-4, method="p-spg-fb", deadline=20)
-    again = problem.solve(tolerance=1e-4, method="p-spg-fb", x0=first.x)
-    assert again.iterations == 0
-    cold = problem.solve(max_iterations=5, method="p-spg-fb")
-    nonsense = problem.solve(max_iterations=5, method="p-spg-fb", x0=np.full(problem.rows, 1e6))
-    assert np.array_equal(nonsense.x, cold.x)
-
-
 # Breaks when options of a method do not reach it.
 @pytest.mark.parametrize(
     ("method", "option"),
@@ -297,33 +286,3 @@ def test_residual_norms_and_violations():
     assert v.penetration_velocity == pytest.approx(1)
     assert v.cone > 0.1
     assert amontons.vi.violations(problem, [1, -0.3, 0]).complementarity == pytest.approx(0, abs=1e-15)
-
-
-# Breaks when there is nothing to solve and the code divides by it.
-@pytest.mark.parametrize("law", ["associated", "coulomb"])
-def test_empty_problems(law):
-    for A in (np.zeros((0, 0)), amontons.vi.Factored([1.0], [[1.0, 1, 1]], [], [], [], [])):
-        for cones, mu in (([], None), ("friction", 0.3), ("bilateral", None)):
-            solution = amontons.vi.solve(A, [], cones, mu=mu, law=law, history=True)
-            assert solution.converged
-            assert len(solution.x) == 0
-            assert solution.residual == 0
-
-
-# One row of each kind, with the solution by hand: u = 2 x + b, x in [lo, hi] where u = 0 or at a bound.
-@pytest.mark.parametrize(
-    ("cone", "b", "x"),
-    [
-        (amontons.vi.Bilateral(1), 3.0, -1.5),
-        (amontons.vi.NonNegative(1), 3.0, 0.0),
-        (amontons.vi.NonNegative(1), -3.0, 1.5),
-        (amontons.vi.Interval(-1, 1), -3.0, 1.0),
-        (amontons.vi.Interval(-1, 1), 3.0, -1.0),
-        (amontons.vi.Interval(-1, 1), 1.0, -0.5),
-        (amontons.vi.Interval(2, np.inf), 1.0, 2.0),
-    ],
-)
-def test_one_row(cone, b, x):
-    solution = amontons.vi.solve([[2.0]], [b], cone, tolerance=1e-12)
-    assert solution.converged
-    assert solution.x[0] == pytest.approx(x, abs=1e-10)

@@ -6,7 +6,7 @@ import amontons
 import numpy as np
 import pytest
 from amontons import scenes, shapes
-from amontons.report.extents import FAR
+from amontons.report.extents import FAR, MARGIN
 from amontons.report.force_lines import force_lines, forces_of
 from amontons.report.picture import FIXED, Frame, Framing, Picture, View, frame_of
 from amontons.report.snapshots import snapshots_figure
@@ -160,6 +160,18 @@ def test_a_body_that_flew_away_does_not_count():
     for x in (0, 100):
         two.add_body(shape=shapes.Box((0.2, 0.2, 0.2)), density=1000, position=(0.0, x, 0))
     assert amontons.render_view(amontons.Simulation(two.build()), azimuth=0)["width"] > 100
+
+
+# Breaks when the window is that of the ball around a long thing: a beam of 4 m with sides of 0.2 m, seen from
+# its end and turned by 30 degrees about the line of sight, is 0.2 m (cos + sin) wide.
+def test_the_window_fits_a_beam_seen_from_its_end():
+    builder = amontons.ModelBuilder(gravity=(0, 0, 0))
+    turn = amontons.axis_angle((1, 0, 0), np.pi / 6)
+    builder.add_body(shape=shapes.Box((2.0, 0.1, 0.1)), density=1000, orientation=turn)
+    frame = frame_of(amontons.Simulation(model := builder.build()))
+    width = Picture(model, View(azimuth=0, elevation=0)).framing([frame], 1.0).width
+    sides = 0.2 * (np.cos(np.pi / 6) + np.sin(np.pi / 6))
+    assert width == pytest.approx((1 + 2 * MARGIN) * sides, rel=1e-6)
 
 
 # Breaks when target, width or distance are not what they say: the ball of 1 m is in the middle, at 10 pixels

@@ -29,9 +29,9 @@ class BlockCholesky {
                 std::span<const Vec3> positions = {});
 
   // Place of block (i, j): column-major at panels()[offset] with leading dimension `stride`. If `transposed`
-  // is set, the place holds block (j, i). Only the lower triangle of a diagonal block is read. Two doubles
-  // past the end of panels() may be written. Without symmetry panels(Side::upper) has the same layout and
-  // holds the transpose of the matrix; the place of a diagonal block holds its transpose.
+  // is set, the place holds block (j, i). Only the lower triangle of a diagonal block is read. Seven
+  // doubles past the end of panels() may be written. Without symmetry panels(Side::upper) has the same layout
+  // and holds the transpose of the matrix; the place of a diagonal block holds its transpose.
   struct Slot {
     std::size_t offset;
     int stride;

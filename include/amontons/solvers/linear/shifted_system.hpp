@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <span>
 #include <vector>
 
@@ -7,6 +6,8 @@
 #include "amontons/solvers/linear/block_cholesky.hpp"
 
 namespace amontons {
+
+struct MotionNodes;  // solvers/linear/motion_nodes.hpp
 
 // Solves (A + Theta^-1) y = r, the linear system of two methods: the interior point (Theta from the
 // Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection).
@@ -17,10 +18,10 @@ namespace amontons {
 //    (I + R' A R) z = R' r.
 //
 // Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is L (I + G G')
-// L' z = q. By Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body for any number of
-// contacts. Impulse space (A given as a matrix): I + R'AR is factored directly. shifted_system.cpp derives
-// the steps. The pattern is analysed once. factor() serves each new Theta, and any number of right-hand sides
-// follow.
+// L' z = q. By Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body, or the coordinates of
+// trees, for any number of contacts. Impulse space (A given as a matrix): I + R'AR is factored directly.
+// shifted_system.cpp derives the steps. The pattern is analysed once. factor() serves each new Theta, and any
+// number of right-hand sides follow.
 class ShiftedSystem {
  public:
   // Analyses the pattern. InputError for a callback operator, which cannot be factored, and for an indefinite
@@ -54,8 +55,9 @@ class ShiftedSystem {
 
  private:
   struct Block {
-    int row, dim, body_a, body_b;  // bodies as nodes of the factorisation, -1 if none
-    BlockCholesky::Slot aa, bb, ab;
+    int row, dim;
+    // Where its nodes begin in node_, its rows in D_, and the slots of pairs of its nodes in slots_.
+    std::size_t node, value, slot;
   };
   struct Pair {  // a coupled pair of blocks of a matrix, i >= j, with the values of A row-major
     int i, j;
@@ -63,6 +65,11 @@ class ShiftedSystem {
     BlockCholesky::Slot slot;
   };
   void analyse(const ContactSystem& A);
+  void find_nodes(const ContactSystem& A, const MotionNodes& nodes, std::size_t block,
+                  std::vector<int>& place);
+  std::span<const int> nodes_of(std::size_t block) const {
+    return {node_.data() + blocks_[block].node, static_cast<std::size_t>(counts_[block])};
+  }
   void analyse(std::size_t m, auto&& for_each_entry);
   void require_semidefinite();
   void form_G(std::size_t block);
@@ -81,21 +88,22 @@ class ShiftedSystem {
   std::size_t factor_size_ = 0;
   std::vector<Block> blocks_;
   bool in_body_space_ = false;
-  int nodes_ = 0;                          // bodies that move
-  std::vector<std::array<double, 16>> D_;  // rows of D C: body a at 0, body b at 8
-  std::vector<std::array<double, 16>> G_;  // rows of L^-1 R' D C
-  std::vector<int> node_a_, node_b_;       // bodies of every row; the last node stands for "no body"
+  // Per block its rows and its nodes; the latter one block after the other; and the first coordinate of each
+  // node in the factorisation.
+  std::vector<int> dims_, counts_, node_, start_;
+  // Pairs i <= j of the nodes of a block, one j after the other; the diagonal for a matrix.
+  std::vector<BlockCholesky::Slot> slots_;
+  std::vector<double> D_, G_;  // rows of D C and of L^-1 R' D C, eight numbers per node
   std::vector<double> compliance_, R_;
   std::vector<double> L_;  // factors L of the blocks, laid out as R_; empty without compliance
   // With J: J, the transposed inverse of J + R'E R of every block, and rows of that inverse times G.
-  std::vector<double> J_, P_;
-  std::vector<std::array<double, 16>> PG_;
+  std::vector<double> J_, P_, PG_;
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
   int sign_of_blocks_ = 1;  // sign of the product of the determinants of all J + R'E R
   std::vector<double> q_, z_, correction_, work_;
-  // Body vectors: eight doubles per node for the kernels, six in the factorisation.
+  // Velocities of the nodes: eight doubles per node for the kernels, its coordinates in the factorisation.
   std::vector<double> node_vectors_, packed_;
 };
 
