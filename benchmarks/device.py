@@ -79,8 +79,8 @@ class Counted:
         self.source = _core.IterateSource(backend.device.name, self._make, True, 0, True)
         self._backend = backend
 
-    def _make(self, problem: _core.Problem, law: _core.Law) -> DeviceMethod:
-        self.made = DeviceMethod(problem, law, self._backend, self.memory)
+    def _make(self, problem: _core.Problem, law: _core.Law, threads: int = 0) -> DeviceMethod:
+        self.made = DeviceMethod(problem, law, self._backend, self.memory, threads=threads)
         return self.made
 
 

@@ -258,7 +258,7 @@ def more_cores(s: Row) -> str:
 SCENES: dict[str, Spec] = {
     "scene": "name", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
     "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "step ms",
-    "real-time factor": "real_time_factor .2g", "all cores over one": more_cores,
+    "real-time factor": "real_time_factor x1", "all cores over one": more_cores,
     "worst residual": "residual_worst .1e",
 }  # fmt: skip
 UNSOLVED: dict[str, Spec] = {
@@ -278,7 +278,7 @@ SHOWN = {
 MEASURED: dict[str, Spec] = {
     "Scene": lambda s: SHOWN[s["name"]], "Bodies": "bodies", "Contacts": "contacts .0f",
     "Time step (ms)": "dt ms", "Tolerance": "tolerance .0e", "Time per step (ms)": "step ms",
-    "Real-time factor": "real_time_factor .2g",
+    "Real-time factor": "real_time_factor x1",
 }  # fmt: skip
 
 
@@ -333,13 +333,15 @@ def measured(r: Results, link: str) -> str:
     lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
     if scenes := r["simulation"]:
         lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
-    facts = [
-        f"{what}: {reached}"
-        for what, _, reached, _ in file_targets(r)
-        if what.startswith("total time") or (what.startswith("files solved") and what.endswith("coulomb"))
-    ]
-    if facts:
-        lines.append(f"Contact problems of other engines (FCLIB), solver alone: {'; '.join(facts)}.")
+    facts = {what: reached for what, _, reached, _ in file_targets(r)}
+    solved = [(what, reached) for what, reached in facts.items() if re.fullmatch("files .* coulomb", what)]
+    if solved:
+        reached = ", ".join(f"{what.split()[3].rstrip(',')}: {count}" for what, count in solved)
+        lines.append(
+            "Contact problems of other engines (FCLIB), the solver alone, with Coulomb's law, to a residual "
+            f"of {reached}."
+        )
+        lines += [f"With `associated`, the {what} is {t}." for what, t in facts.items() if "Clarabel" in what]
     return "\n\n".join(lines)
 
 
@@ -434,23 +436,48 @@ def best(rows: Rows) -> Row | None:
     return min(done, key=lambda row: (max(error(row), 1e-9), float(row["cost"])), default=None)
 
 
-def summary_table(beside: Rows, only: Sequence[str] = ()) -> str:
-    """A scene a row, an engine a column: the least error over its settings and steps, and its cost."""
-    families = list(dict.fromkeys(row["family"] for row in beside))
-    lines = []
-    for case in dict.fromkeys(row["case"] for row in beside if not only or row["scene"] in only):
-        cells = [case]
-        for family in families:
-            mine = [row for row in beside if (row["case"], row["family"]) == (case, family)]
-            found = best(mine)
-            if found is None:
-                cells.append("not finished" if mine else "")
-                continue
-            off = error(found)
-            cells.append(("< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(str(off), 1e3))
-                         + f"; {digits(found['cost'], 1e3)}")  # fmt: skip
-        lines.append(cells)
+def least(beside: Rows, case: str, family: str) -> tuple[str, str]:
+    """The least error (mm) of an engine in a scene over its settings and steps, and its cost (ms/s)."""
+    mine = [row for row in beside if (row["case"], row["family"]) == (case, family)]
+    found = best(mine)
+    if found is None:
+        return "not finished" if mine else "", ""
+    off = error(found)
+    shown = "< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(str(off), 1e3)
+    return shown, digits(found["cost"], 1e3)
+
+
+def cases_and_families(beside: Rows, only: Sequence[str] = ()) -> tuple[list[str], list[str]]:
+    cases = dict.fromkeys(row["case"] for row in beside if not only or row["scene"] in only)
+    return list(cases), list(dict.fromkeys(row["family"] for row in beside))
+
+
+def summary_table(beside: Rows) -> str:
+    """A scene a row, an engine a column: the least error and its cost."""
+    cases, families = cases_and_families(beside)
+    lines = [
+        (case, *("; ".join(filter(None, least(beside, case, family))) for family in families))
+        for case in cases
+    ]
     return table(("scene: error (mm); ms per simulated second", *map(label, families)), lines)
+
+
+def versions(beside: Rows) -> str:
+    """Which versions were measured, and when."""
+    found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
+    dates = sorted({row["date"] for row in beside})
+    return f"Measured with {', '.join(found)}; {' to '.join(dict.fromkeys((dates[0], dates[-1])))}."
+
+
+def engines_table(beside: Rows, only: Sequence[str]) -> str:
+    """An engine a row, two columns for each of a few scenes: the least error and its cost."""
+    cases, families = cases_and_families(beside, only)
+    lines = [
+        (label(family), *(text for case in cases for text in least(beside, case, family)))
+        for family in families
+    ]
+    header = [text for case in cases for text in (f"{case}: error (mm)", "time (ms/s)")]
+    return table(("engine", *header), lines)
 
 
 SETTINGS: dict[str, Spec] = {
@@ -677,7 +704,8 @@ def renew_documents(folder: Path) -> None:
         link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
         renew(document, mark, make(r, link))
     renew("docs/choosing.md", "profile", profile_table(r))
-    renew("README.md", "beside", summary_table(r["beside"], SHOWN_BESIDE))
+    renew("README.md", "beside", f"{engines_table(r['beside'], SHOWN_BESIDE)}\n\n{versions(r['beside'])}")
+    renew("docs/engines.md", "versions", versions(r["beside"]))
     renew("README.md", "numbers", numbers(r, "docs/benchmarks.md", "docs/engines.md"))
     renew("docs/index.md", "numbers", numbers(r, "benchmarks.md", "engines.md"))
     beside = r["beside"]

@@ -4,8 +4,9 @@
                                 [--trees none|auto|both] [--fall]
 
 Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
-in a process of its own with a limit of wall clock, prints a table, and writes robots.csv, a row per model;
-of the data folder's own, without options, also robots_2ms.csv, the same with a step of 2 ms.
+in a process of its own with a limit of wall clock, writes robots.csv, a row per model, and prints which
+models do what none should. Of the data folder's own, without options, it also writes robots_2ms.csv, the
+same with a step of 2 ms.
 With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
 row per model in robots_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the
 work of their steps is counted: robots_fall.csv; with --trees both that of large islands, with trees and with
@@ -55,8 +56,6 @@ from statistics import fmean
 from typing import Any
 
 from common import SAMPLE, arguments, progress, with_folders, write_csv
-from rich.console import Console
-from rich.table import Table
 from robot import falls
 
 HERE = Path(__file__).resolve().parent
@@ -160,89 +159,8 @@ def outcome(row: Row, code: int | None, errors: list[str]) -> str:
     return "finished"
 
 
-Cell = Callable[[Row], str]
-
-
-def number(key: str, digits: int = 2, scale: float = 1.0, above: float = float("inf")) -> Cell:
-    """The value of a key, blank if there is none, red above a bound."""
-
-    def cell(row: Row) -> str:
-        value = row[key]
-        if value is None:
-            return ""
-        text = f"{scale * value:.{digits}g}" if isinstance(value, float) else str(value)
-        return f"[red]{text}[/red]" if not value <= above else text
-
-    return cell
-
-
-def loaded(row: Row) -> str:
-    text = "" if row["outcome"] == "finished" else f"[red]{row['outcome'].split(':')[0]}[/red] "
-    return text + (
-        f"{row['changes_motion']} + {row['not_read'] - row['changes_motion']}" if row["not_read"] else ""
-    )
-
-
 def long(row: Row) -> bool:
     return (row["longest_in_medians"] or 0) * (row["step_median"] or 0) > SHORT
-
-
-def beside(ours: str, theirs: str, digits: int) -> Cell:
-    def cell(row: Row) -> str:
-        return " / ".join("" if row[k] is None else f"{row[k]:.{digits}g}" for k in (ours, theirs))
-
-    return cell
-
-
-def keyed(row: Row) -> str:
-    """How many keyframes, and how far the worst is from MuJoCo's (lengths)."""
-    if not row["keyframes"]:
-        return ""
-    off = number("keyframe_in_lengths", 1, above=SAME)(row)
-    return f"{row['keyframes']}, {off}" + (" [red]failed[/red]" if row["keyframes_failed"] else "")
-
-
-SHOWN: tuple[tuple[str, Cell], ...] = (
-    ("model", lambda row: row["model"]),
-    ("not read", loaded),
-    ("contacts", beside("contacts", "mujoco_contacts", 6)),
-    ("missed %", number("missed_percent", above=MISSED)),
-    ("residual", number("residual", 1)),
-    ("pen. start, later mm", lambda row: ", ".join(
-        number(key, 2, 1e3)(row) for key in ("penetration_start", "penetration"))),
-    ("joints mm", number("joint_error", 2, 1e3)),
-    ("gain J", number("energy_gain", 1)),
-    ("balance J", number("energy_balance", 1)),
-    ("of scale", number("energy_gain_relative", 1, above=GAIN)),
-    ("rise J", number("energy_rise", 1)),
-    ("free mm", number("free", 2, 1e3)),
-    ("in errors", number("free_in_errors", 2, above=ERRORS)),
-    ("as is mm", number("motion", 2, 1e3)),
-    ("median ms", number("step_median", 2, 1e3)),
-    ("longest", lambda row: number("longest_in_medians", 2, above=MEDIANS if long(row) else 1e300)(row)),
-    ("longest of each run ms", lambda row: ", ".join(
-        number(key, 2, 1e3)(row) for key in ("longest", "longest_again"))),
-    ("key frames", keyed),
-    ("driven: missed %", number("driven_missed_percent", above=MISSED)),
-    ("joints", number("driven_joint_error", 1, above=APART)),
-    ("gain", number("driven_gain_relative", 1, above=GAIN)),
-    ("steps/s", beside("steps_per_second", "mujoco_steps_per_second", 2)),
-)  # fmt: skip
-
-
-def show(
-    rows: list[Row], shown: tuple[tuple[str, Cell], ...], sums: Callable[[list[Row]], Iterator[str]]
-) -> None:
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    for k, (title, _) in enumerate(shown):
-        table.add_column(title, justify="right" if k > 1 else "left", no_wrap=k > 1)
-    for row in rows:
-        table.add_row(*(cell(row) for _, cell in shown))
-    # A file or a pipe has no width: let nothing be cut off there.
-    console = Console() if sys.stdout.isatty() else Console(width=240)
-    console.print(table)
-    for line in sums(rows):
-        console.print(line, highlight=False)
 
 
 def above(key: str, bound: float) -> Callable[[Row], bool]:
@@ -287,23 +205,6 @@ def sums(rows: list[Row]) -> Iterator[str]:
     yield f"models without a fault: {len(rows) - faulty} of {len(rows)}"
 
 
-FORMS: tuple[tuple[str, Cell], ...] = (
-    ("model", lambda row: row["model"]),
-    ("not read", lambda row: "" if row["outcome"] == "finished" else f"[red]{row['outcome']}[/red]"),
-    ("rows us", number("rows", 3, 1e6)),
-    ("trees us", number("trees", 3, 1e6)),
-    ("MuJoCo us", number("mujoco", 3, 1e6)),
-    ("trees / rows", number("trees_to_rows", 2)),
-    ("of the run", number("run_trees_to_rows", 2, above=SLOWER)),
-    ("trees / MuJoCo", number("trees_to_mujoco", 2)),
-    ("missed", beside("rows_missed", "trees_missed", 4)),
-    ("joints mm", lambda row: " / ".join(
-        number(f"{form}_joint_error", 1, 1e3)(row) for form in ("rows", "trees"))),
-    ("joint rows", beside("rows_joint_rows", "trees_joint_rows", 3)),
-    ("contacts", beside("rows_contacts", "trees_contacts", 3)),
-)  # fmt: skip
-
-
 def geometric_mean(rows: list[Row], key: str) -> float:
     values = [row[key] for row in rows if row[key]]
     return math.exp(fmean(map(math.log, values))) if values else math.nan
@@ -325,28 +226,6 @@ def forms_sums(rows: list[Row]) -> Iterator[str]:
     yield f"more steps missed than with rows: {len(lost)}" + (f" ({', '.join(lost)})" if lost else "")
 
 
-FALLS: tuple[tuple[str, Cell], ...] = (
-    ("case", lambda row: row["case"]),
-    ("control", lambda row: row["control"]),
-    ("trees", lambda row: row["trees"]),
-    ("contacts", beside("contacts", "mujoco_contacts", 3)),
-    ("most", number("most_contacts", 3)),
-    ("factorisations", number("factorizations", 2, above=falls.FEW)),
-    ("9 of 10", number("factorizations_90", 3)),
-    ("mean, most", beside("factorizations_mean", "most_factorizations", 3)),
-    ("products", beside("products_mean", "most_products", 4)),
-    ("missed", number("missed", above=0)),
-    ("stalled", number("stalled", above=0)),
-    ("raced", number("raced", above=0)),
-    ("us", number("step", 3, 1e6)),
-    ("of solve", number("solve_share", 2)),
-    ("solve us", number("solve", 3, 1e6)),
-    ("MuJoCo us", number("mujoco_step", 3, 1e6)),
-    ("ratio", number("ratio", 2)),
-    ("of the run", number("ratio_of_run", 2)),
-)  # fmt: skip
-
-
 def fall(options: Any) -> int:
     """A row per robot and control, written as they come."""
     found: list[Row] = []
@@ -357,8 +236,7 @@ def fall(options: Any) -> int:
             bar.update(task, item=f"{row['case']}, {row['control']}", advance=1)
             found.append(row)
             write_csv(file, [{k: r[k] for k in falls.COLUMNS} for r in found])
-    show(found, FALLS, falls.sums)
-    print(f"written to {file}")
+    print(*falls.sums(found), f"written to {file}", sep="\n")
     return 0
 
 
@@ -373,11 +251,7 @@ def run_all(options: Any, file: Path) -> list[Row]:
             rows.append(row)
             columns = FORMS_COLUMNS if options.trees == "both" else COLUMNS
             write_csv(file, [{key: r[key] for key in columns} for r in rows])
-    if options.trees == "both":
-        show(rows, FORMS, forms_sums)
-    else:
-        show(rows, SHOWN, sums)
-    print(f"written to {file}")
+    print(*(forms_sums if options.trees == "both" else sums)(rows), f"written to {file}", sep="\n")
     return rows
 
 

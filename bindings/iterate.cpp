@@ -160,8 +160,8 @@ class PythonMethod final : public AnyMethod {
 };
 
 // make(problem, law): the object, of a problem that is alive during the solve only: passes, or with
-// `as_method` whole iterations. With a layout it is called for problems that a device serves, with at least
-// so many contacts.
+// `as_method` whole iterations by make(problem, law, threads). With a layout it is called for problems that a
+// device serves, with at least so many contacts.
 std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool with_layout,
                                       std::size_t least_contacts, bool as_method) {
   auto out = std::make_shared<IterateSource>();
@@ -169,49 +169,64 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   out->takes = [with_layout, least_contacts](const Problem& problem) {
     return !with_layout || (problem.K.contacts() >= least_contacts && DeviceLayout::fits(problem));
   };
-  const auto made_as = [make = hold(std::move(make))]<class T>(const Problem& problem, Law law, T*) {
+  const auto made_as = [make = hold(std::move(make))]<class T>(T*, const Problem& problem, auto... rest) {
     nb::gil_scoped_acquire gil;
     const nb::object view = nb::cast(const_cast<Problem*>(&problem), nb::rv_policy::reference);
-    return std::make_unique<T>(interruptible([&] { return nb::object((*make)(view, law)); }), problem.rows());
+    return std::make_unique<T>(interruptible([&] { return nb::object((*make)(view, rest...)); }),
+                               problem.rows());
   };
   if (as_method)
-    out->make_method = [made_as](const Problem& problem, Law law) {
-      return made_as(problem, law, static_cast<PythonMethod*>(nullptr));
+    out->make_method = [made_as](const Problem& problem, Law law, unsigned threads) {
+      return made_as(static_cast<PythonMethod*>(nullptr), problem, law, threads);
     };
   else
     out->make = [made_as](const Problem& problem, Law law) {
-      return made_as(problem, law, static_cast<PythonIterate*>(nullptr));
+      return made_as(static_cast<PythonIterate*>(nullptr), problem, law);
     };
   return out;
 }
 
 using Layout = std::shared_ptr<DeviceLayout>;
 
-// A view of one of the arrays of a layout, by the name that it has there.
-template <class T>
-void add_view(nb::dict& d, const char* name, const std::vector<T>& values, const Layout& owner) {
-  auto* keep = new Layout(owner);
-  nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<Layout*>(p); });
-  d[name] =
-      nb::ndarray<nb::numpy, T, nb::ndim<1>>(const_cast<T*>(values.data()), {values.size()}, capsule).cast();
+// The arrays of a layout by their names.
+template <class F>
+void for_each_array(DeviceLayout& l, const F& f) {
+  f("contact", l.contact);
+  f("row", l.row);
+  f("line", l.line);
+  f("jacobian", l.jacobian);
+  f("mass", l.mass);
+  f("first", l.first);
+  f("first_row", l.first_row);
+  f("contact_list", l.contact_list);
+  f("row_list", l.row_list);
+  f("parts", l.parts);
+  f("large", l.large);
+  f("b", l.b);
 }
 
-nb::dict arrays_of(const Layout& l) {
-  nb::dict d;
-  add_view(d, "contact", l->contact, l);
-  add_view(d, "row", l->row, l);
-  add_view(d, "line", l->line, l);
-  add_view(d, "jacobian", l->jacobian, l);
-  add_view(d, "mass", l->mass, l);
-  add_view(d, "first", l->first, l);
-  add_view(d, "first_row", l->first_row, l);
-  add_view(d, "contact_list", l->contact_list, l);
-  add_view(d, "row_list", l->row_list, l);
-  add_view(d, "list_arm", l->list_arm, l);
-  add_view(d, "list_row", l->list_row, l);
-  add_view(d, "parts", l->parts, l);
-  add_view(d, "large", l->large, l);
-  return d;
+// A view that keeps the memory of the array alive: the layout takes other memory where it grows.
+template <class T>
+nb::ndarray<nb::numpy, T, nb::ndim<1>> view_of_array(HostArray<T>& values) {
+  auto* keep = new std::shared_ptr<void>(values.held());
+  nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<void>*>(p); });
+  return {values.data(), {values.size()}, capsule};
+}
+
+// Memory that a function of Python makes: an array of bytes, and who keeps it.
+HostMemory memory_by(const nb::object& make) {
+  if (make.is_none()) return {};
+  return [make = hold(make)](std::size_t bytes) {
+    nb::gil_scoped_acquire gil;
+    nb::object made = (*make)(bytes);
+    const auto array = nb::cast<nb::ndarray<std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>(made);
+    AMONTONS_REQUIRE(array.shape(0) >= bytes, "memory() must return an array of so many bytes");
+    return std::shared_ptr<void>(array.data(), [owner = hold(std::move(made))](void*) {});
+  };
+}
+
+void require_fit(const Problem& problem) {
+  AMONTONS_REQUIRE(DeviceLayout::fits(problem), "the passes of a device do not know this problem");
 }
 
 std::span<const double> checked(const Vector& x, std::size_t size, const char* what) {
@@ -222,11 +237,21 @@ std::span<const double> checked(const Vector& x, std::size_t size, const char* w
 
 void bind_layout(nb::module_& m) {
   nb::class_<DeviceLayout>(m, "DeviceLayout", "The arrays of the passes, as a device reads them.")
-      .def(nb::new_([](const Problem& problem) {
-             AMONTONS_REQUIRE(DeviceLayout::fits(problem), "the passes of a device do not know this problem");
-             return std::make_shared<DeviceLayout>(problem);
+      .def(nb::new_([](const Problem& problem, unsigned threads, const nb::object& memory) {
+             require_fit(problem);
+             const HostMemory made = memory_by(memory);
+             nb::gil_scoped_release release;
+             return std::make_shared<DeviceLayout>(problem, threads, made);
            }),
-           nb::arg("problem"))
+           nb::arg("problem"), nb::arg("threads") = 0, nb::arg("memory") = nb::none())
+      .def(
+          "fill",
+          [](DeviceLayout& l, const Problem& problem, unsigned threads) {
+            require_fit(problem);
+            nb::gil_scoped_release release;
+            l.fill(problem, threads);
+          },
+          nb::arg("problem"), nb::arg("threads") = 0, "Another problem in the same memory.")
       .def_static("fits", &DeviceLayout::fits, nb::arg("problem"),
                   "Whether it has bodies, circular friction cones and single rows, and nothing else.")
       .def_ro("contacts", &DeviceLayout::contacts)
@@ -238,19 +263,32 @@ void bind_layout(nb::module_& m) {
       .def_ro("stored", &DeviceLayout::stored, "Contacts are rows of D.")
       .def_ro("compliant", &DeviceLayout::compliant)
       .def_prop_ro("size", &DeviceLayout::size, "Of a vector of the passes.")
-      .def("arrays", &arrays_of, "Views by name; include/amontons/solvers/first_order/device_layout.hpp.")
       .def(
-          "projected",
-          [](const DeviceLayout& l, Vector x0) {
-            return to_numpy(l.projected(checked(x0, 3 * l.contacts + l.rows, "x0")));
+          "arrays",
+          [](DeviceLayout& l) {
+            nb::dict d;
+            for_each_array(l,
+                           [&](const char* name, auto& values) { d[name] = view_of_array(values).cast(); });
+            return d;
           },
-          nb::arg("x0"), "Pi_K of x0, (m,), in the order of the problem.")
+          "Views by name; include/amontons/solvers/first_order/device_layout.hpp.")
       .def(
-          "to_passes",
-          [](const DeviceLayout& l, Vector x) {
-            return to_numpy(l.to_passes(checked(x, 3 * l.contacts + l.rows, "x")));
+          "changed",
+          [](DeviceLayout& l) {
+            std::vector<std::string> names;
+            for_each_array(l, [&](const char* name, const auto& values) {
+              if (values.changed) names.emplace_back(name);
+            });
+            return names;
           },
-          nb::arg("x"), "A vector of the problem, (m,), in the order and the axes of the passes, (size,).")
+          "Names of the arrays that differ from those of the problem before.")
+      .def(
+          "start",
+          [](DeviceLayout& l, Vector x0) {
+            l.start(checked(x0, 3 * l.contacts + l.rows, "x0"));
+            return view_of_array(l.x);
+          },
+          nb::arg("x0"), "Pi_K of x0, (m,), in the order and the axes of the passes, (size,).")
       .def(
           "to_user",
           [](const DeviceLayout& l, Vector held) {

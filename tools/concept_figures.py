@@ -4,7 +4,7 @@ Where a figure shows motion or a solve, it is one that amontons computes here; n
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import amontons
@@ -176,17 +176,18 @@ def implicit() -> Figure:
 FIGURES = {"gap": gap, "cones": cones, "laws": laws, "residual": residual, "implicit": implicit}
 
 
-def main(folder: Path) -> None:
+def write(folder: Path, figures: dict[str, Callable[[], Figure]], prefix: str) -> None:
+    """Every figure as PREFIX-NAME.svg in the folder."""
     plt.rcParams.update({"font.size": 9, "svg.hashsalt": "amontons", "axes.spines.top": False})
     plt.rcParams["savefig.transparent"] = True
     plt.rcParams["axes.spines.right"] = False
-    for name, draw in FIGURES.items():
+    for name, draw in figures.items():
         figure = draw()
-        path = folder / f"concept-{name}.svg"
+        path = folder / f"{prefix}-{name}.svg"
         figure.savefig(path, metadata={"Date": None})
         plt.close(figure)
         print(path)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/figures"))
+    write(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/figures"), FIGURES, "concept")

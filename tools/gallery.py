@@ -55,10 +55,12 @@ class Moment:
 
 MOMENTS = {
     "arch": Moment(0.5, -70, 12),
+    "avalanche": Moment(1.2, -55, 25),
     "capstan": Moment(0.5, -80, 10),
     "card_house": Moment(0.5, -60, 12),
     "chain": Moment(0.6, -80, 8, {"links": 40}, (40, (0, 0, 0))),
     "domino_run": Moment(0.6, -50, 22, {"count": 14}),
+    "drum": Moment(1.5, -65, 15, {}, None, (0, 0, 0), 2.0),
     "four_bar": Moment(0.8, -75, 12, {}, (1, (0, 0, 0)), None, 1.9),
     "free_body": Moment(3.0, -60, 20, {}, (0, (0, 0.1, 0))),
     "hopper": Moment(1.6, -60, 18, {"count": 200}),
@@ -66,6 +68,7 @@ MOMENTS = {
     "network": Moment(0.4, -60, 20, {"columns": 6, "layers": 6}),
     "newtons_cradle": Moment(0.9, -62, 14, {"raised": 2}, None, (0.2, 0, -0.27), 1.15),
     "pendulum": Moment(0.8, -75, 12, {"angle": 40}, (0, (0, 0, -0.5)), (0, 0, -0.5), 2.0),
+    "pile": Moment(0.8, -60, 25, {}, None, (0, 0, 0.2), 3.0),
     "plates": Moment(0.5, -60, 12),
     "rolling_balls": Moment(0.8, -60, 15),
     "rolling_sphere": Moment(0.3, -60, 15, {}, (0, (0, 0, 0.1))),

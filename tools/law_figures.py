@@ -7,16 +7,11 @@ import math
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from amontons import Dof, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
 from amontons.parts import PathElement
+from concept_figures import BLUE, GREEN, GREY, RED, Figure, plt, write
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-
-BLUE, RED, GREEN, GREY = "#3b6fb6", "#c0392b", "#2e8b57", "#777777"
 ALONG_Y = (math.sqrt(0.5), math.sqrt(0.5), 0, 0)  # turns the axis of a cylinder into y
 
 
@@ -135,17 +130,5 @@ def play() -> Figure:
 FIGURES = {"friction": stick_slip, "ropes": ropes, "play": play}
 
 
-def main(folder: Path) -> None:
-    plt.rcParams.update({"font.size": 9, "svg.hashsalt": "amontons", "axes.spines.top": False})
-    plt.rcParams["savefig.transparent"] = True
-    plt.rcParams["axes.spines.right"] = False
-    for name, draw in FIGURES.items():
-        figure = draw()
-        path = folder / f"laws-{name}.svg"
-        figure.savefig(path, metadata={"Date": None})
-        plt.close(figure)
-        print(path)
-
-
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/figures"))
+    write(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/figures"), FIGURES, "laws")

@@ -21,7 +21,7 @@ def gauss_seidel(problem: amontons.vi.Problem, x0: Any, options: amontons.vi.Sol
     for _ in range(options.max_iterations or 3000):
         for rows, largest in zip(blocks, q, strict=True):
             trial = x.copy()
-            trial[rows] -= (u + problem.saxce(u))[rows] / largest
+            trial[rows] -= (u + problem.de_saxce(u))[rows] / largest
             new = problem.project(trial)
             u += A[:, rows] @ (new - x)[rows]
             x = new

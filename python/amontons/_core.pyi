@@ -153,7 +153,10 @@ class IterateSource:
 class DeviceLayout:
     """The arrays of the passes, as a device reads them."""
 
-    def __init__(self, problem: Problem) -> None: ...
+    def __init__(self, problem: Problem, threads: int = 0, memory: object | None = None) -> None: ...
+
+    def fill(self, problem: Problem, threads: int = 0) -> None:
+        """Another problem in the same memory."""
 
     @staticmethod
     def fits(problem: Problem) -> bool:
@@ -195,13 +198,11 @@ class DeviceLayout:
     def arrays(self) -> dict:
         """Views by name; include/amontons/solvers/first_order/device_layout.hpp."""
 
-    def projected(self, x0: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """Pi_K of x0, (m,), in the order of the problem."""
+    def changed(self) -> list[str]:
+        """Names of the arrays that differ from those of the problem before."""
 
-    def to_passes(self, x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-        """
-        A vector of the problem, (m,), in the order and the axes of the passes, (size,).
-        """
+    def start(self, x0: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Pi_K of x0, (m,), in the order and the axes of the passes, (size,)."""
 
     def to_user(self, held: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """The way back: (m,) of (size,)."""

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/problem/linkage.hpp"
 
 namespace amontons {
@@ -283,18 +284,22 @@ void ContactSystem::renew() {
                std::all_of(jacobian.begin(), jacobian.end(), reaches_trees);
 }
 
+void contact_diagonal(const ContactSystem& A, std::size_t contact, double* d) {
+  const Contact& c = A.contacts[contact];
+  const ContactBasis basis(c);
+  for (int k = 0; k < c.rows; ++k)
+    d[k] =
+        A.contact_compliance[contact] + (k < 3 ? effective_inverse_mass(A.bodies, c, basis.axis(k))
+                                               : effective_inverse_mass(A.bodies, jacobian_row(c, basis, k)));
+}
+
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
 void ContactSystem::diagonal(std::span<double> d) const {
   if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
   std::size_t row = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& c = contacts[i];
-    const ContactBasis basis(c);
-    for (int k = 0; k < c.rows; ++k)
-      d[row++] = contact_compliance[i] + (k < 3 ? effective_inverse_mass(bodies, c, basis.axis(k))
-                                                : effective_inverse_mass(bodies, jacobian_row(c, basis, k)));
-  }
+  for (std::size_t i = 0; i < contacts.size(); row += static_cast<std::size_t>(contacts[i++].rows))
+    contact_diagonal(*this, i, &d[row]);
   for (std::size_t i = 0; i < jacobian.size(); ++i)
     d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);
 }

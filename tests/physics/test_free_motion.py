@@ -19,20 +19,6 @@ def thrown(velocity, gravity=(0, 0, -9.81)):
     return b.build()
 
 
-@pytest.mark.parametrize("h", [1e-2, 1e-3])
-def test_projectile(h):
-    # v0 t + g t^2 / 2 at any step: velocities in the middle of steps are exact, and so are the ways. A first
-    # kick of a whole step adds g h t / 2.
-    v0, g = np.array([3.0, -1.0, 5.0]), np.array([0.3, 0.1, -9.81])
-    sim = amontons.Simulation(thrown(v0, g), dt=h)
-    t = 1.0
-    run(sim, t)
-    exact = v0 * t + g * t**2 / 2
-    # Rounding: 1/h additions of numbers of order 10.
-    np.testing.assert_allclose(sim.state.positions[0], exact, rtol=0, atol=1e-12 / h)
-    np.testing.assert_allclose(sim.state.linear_velocities[0], v0 + g * t, rtol=0, atol=1e-12 / h)
-
-
 def test_free_fall_keeps_its_energy():
     # Velocities and poses are of one instant: the sum is constant to rounding. With the velocity of half a
     # step before it would swing by h/2 m g v.

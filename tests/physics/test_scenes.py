@@ -122,3 +122,44 @@ def test_hopper_empties():
     below = sim.state.positions[:, 2] < 8 * 0.05
     assert below.mean() > 0.8
     assert sim.state.positions[:, 2].min() > 0.04
+
+
+def moving(sim):
+    """Positions of the grains."""
+    return sim.state.positions[[body.motion == "dynamic" for body in sim.model.bodies]]
+
+
+# Breaks when the rough ground lets grains roll away, or the heap keeps the shape of the column.
+def test_a_pile_is_a_heap():
+    sim = simulate("pile", {"count": 150}, tolerance=1e-3)
+    height = moving(sim)[:, 2].max()
+    reports = run(sim, 1.5)
+    x = moving(sim)
+    from_middle = np.hypot(x[:, 0], x[:, 1])
+    assert reports[-1].kinetic_energy < 0.05 * max(r.kinetic_energy for r in reports)
+    assert np.median(from_middle) < 0.4
+    inner, outer = x[from_middle < 0.2, 2], x[from_middle > 0.4, 2]
+    assert inner.max() > 1.5 * np.median(outer)
+    assert x[:, 2].max() < 0.5 * height
+
+
+# Breaks when grains stay on the slope, fall through it, or leave the ground at its foot.
+def test_an_avalanche_runs_down():
+    sim = simulate("avalanche", {"count": 150}, tolerance=1e-3)
+    started = moving(sim).copy()
+    run(sim, 1.5)
+    x = moving(sim)
+    assert x[:, 2].mean() < 0.5 * started[:, 2].mean()
+    assert (x[:, 0] > 0).mean() > 0.3
+    assert x[:, 2].min() > 0.04
+
+
+# Breaks when the wall of a drum does not turn, or lets grains out.
+def test_a_drum_carries_grains_up():
+    sim = simulate("drum", {"count": 120}, tolerance=1e-3)
+    run(sim, 1.0)
+    x = moving(sim)
+    stave = sim.model.geoms[0].frame.position
+    inner = 1.05 * np.hypot(stave[0], stave[2])
+    assert x[:, 0].mean() < -0.05  # at the bottom the wall moves along -x
+    assert np.hypot(x[:, 0], x[:, 2]).max() < inner

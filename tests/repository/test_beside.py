@@ -440,6 +440,19 @@ def test_figures_in_sentences_are_measured(page):
         assert len(report.FIGURE.findall(text)) > 10
 
 
+# Breaks when the table of the README is not that of beside.csv, or a page does not say which versions were
+# measured.
+def test_shown_tables_are_measured():
+    import report
+    from common import RESULTS, read_csv
+
+    root, table = Path(__file__).parents[2], read_csv(RESULTS / "beside" / "beside.csv")
+    made = report.engines_table(table, report.SHOWN_BESIDE)
+    assert "| amontons |" in made
+    assert f"{made}\n\n{report.versions(table)}" in (root / "README.md").read_text()
+    assert report.versions(table) in (root / "docs" / "engines.md").read_text()
+
+
 # Breaks when the committed table holds a tuned setting that does nothing, or a row without version or manual.
 def test_committed_rows_are_fair():
     from common import RESULTS, read_csv

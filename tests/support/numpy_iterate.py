@@ -119,7 +119,7 @@ class NumpyIterate:
         self._line = np.split(line, np.cumsum([stride, stride, layout.row_stride]))
         self._jacobian = arrays["jacobian"].reshape(12, -1 if len(arrays["jacobian"]) else 0)
         self._mass = arrays["mass"].reshape(7, -1)[:, : layout.bodies + 1]
-        self._b = layout.to_passes(problem.b)
+        self._b = arrays["b"]
         self._fill_lists(arrays)
 
     def _fill_lists(self, arrays: dict[str, Array]) -> None:
@@ -137,9 +137,14 @@ class NumpyIterate:
         self._receivers = np.concatenate(receivers)
         entries = arrays["contact_list"].astype(np.int64)
         self._of_contact, self._sign = entries // 2, 1.0 - 2.0 * (entries % 2)
-        self._of_component = arrays["row_list"].astype(np.int64)
-        self._list_arm = arrays["list_arm"].reshape(3, -1)
-        self._list_row = arrays["list_row"].reshape(6, -1)
+        self._list_arm = np.zeros((3, 0))
+        if not self._layout.stored:
+            of_a, of_b = self._arm_a[:, self._of_contact], self._arm_b[:, self._of_contact]
+            self._list_arm = np.where(entries % 2, of_b, of_a)
+        entries = arrays["row_list"].astype(np.int64)
+        self._of_component = entries // 2
+        place = entries // 2 - (0 if self._layout.stored else 3 * self._layout.stride)
+        self._list_row = np.where(entries % 2, self._jacobian[6:, place], self._jacobian[:6, place])
 
     # Vectors and sums.
 
@@ -228,7 +233,7 @@ class NumpyIterate:
 
     def start(self, x0: Array) -> float:
         """See `amontons.vi.Iterate`."""
-        self._x = self._best = self._layout.to_passes(self._layout.projected(x0))
+        self._x = self._best = self._layout.start(x0).copy()
         return self.refresh()
 
     def refresh(self) -> float:

@@ -65,6 +65,12 @@ OF_MODELS: Options = {
         ],
         None,
     ),
+    "count": (
+        Annotated[
+            int | None, typer.Option(help="Number of grains or parts of a scene: short for --set count=N.")
+        ],
+        None,
+    ),
     "strict": (
         Annotated[
             bool,

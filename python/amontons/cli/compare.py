@@ -103,6 +103,6 @@ def _chosen(methods: str, law: str | None) -> list[str]:
     """The methods to run; a name that is none, and a law that is none, end the command."""
     with one_line_errors():
         if law is not None:
-            options.chosen("law", law, options.LAWS)
+            options.chosen("law", law, options.LAWS, options.LAW_TERMS)
         names = options.methods() if methods == "all" else [name.strip() for name in methods.split(",")]
         return [options.require_method(name) for name in names]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -40,6 +41,7 @@ from .common import (
     say,
 )
 from .pictures import pictured
+from .replays import Wanted, export_recording
 from .subject import Choices, Name, Subject, open_subject
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
 RecordSignals = Annotated[
     bool, typer.Option(help="Record motor efforts, controls, reactions and sensors as well.")
 ]
+FILM_FPS = 25.0
+"""Pictures of a film per second, which are shown at the speed of the motion"""
 MOST_READINGS = 20_000_000
 """Numbers (of 8 bytes) of signals that a report keeps until it is written"""
 
@@ -89,6 +93,13 @@ def run(
         Path | None, typer.Option(help="Folder for figures and a CSV file with a row per step.")
     ] = None,
     snapshots: Annotated[int, typer.Option(help="Number of pictures in the report; 0: none.")] = 4,
+    film: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Film of the run: .gif, .webp, or .mp4 by ffmpeg; of the frames of --record, if given.",
+        ),
+    ] = None,
     save: Annotated[
         Path | None,
         typer.Option(help="File to save the last state in (HDF5); `run` and `export` start from it."),
@@ -107,24 +118,46 @@ def run(
         with notes():
             chosen = open_subject(subject, choices)
         steps = _steps(chosen, duration)
-        _require(chosen, snapshots, view, save)
+        _require(chosen, snapshots, view, save, film)
     if report is not None:
         with one_line_errors(report):
             make_folder(report)
-    with (
-        one_line_errors(record),
-        _signals() as signals,
-        _recorder(record, chosen, record_every, (record_contacts, record_signals), overwrite) as recorder,
-    ):
-        outcome = Outcome() if report is None else _reported(chosen, steps)
-        _simulate(chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces))
-        _close(recorder, outcome)
-    with one_line_errors():
-        if save is not None:
-            chosen.simulation.save(save)
+    with _place(record, film) as place:
+        every = record_every if record else max(1, round(1 / (FILM_FPS * chosen.simulation.dt)))
+        kept = (record_contacts, record_signals) if record else (bool(view.forces), False)
+        with (
+            one_line_errors(record),
+            _signals() as signals,
+            _recorder(place, chosen, every, kept, overwrite) as recorder,
+        ):
+            outcome = Outcome() if report is None else _reported(chosen, steps)
+            _simulate(
+                chosen, outcome, steps, recorder, snapshots if report else 0, signals, bool(view.forces)
+            )
+            _close(recorder, outcome)
+        with one_line_errors():
+            if save is not None:
+                chosen.simulation.save(save)
+        with one_line_errors(film):
+            made = [] if film is None else export_recording(str(place), _film(film, view))
     with one_line_errors(report):
-        made = [] if report is None else _draw(chosen, outcome, report, view)
+        made += [] if report is None else _draw(chosen, outcome, report, view)
     _end(chosen, outcome, [*made, *(path for path in (record, save) if path is not None)], as_json)
+
+
+@contextmanager
+def _place(record: Path | None, film: Path | None) -> Iterator[Path | None]:
+    """Where the run is recorded: a film alone needs no file that stays."""
+    if film is None or record is not None:
+        yield record
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder) / "film.h5"
+
+
+def _film(path: Path, view: View) -> Wanted:
+    kind = "mp4" if path.suffix.lower() == ".mp4" else "gif"
+    return Wanted({kind: path}, times=None, size="960x540", fps=FILM_FPS, speed=1.0, view=view)
 
 
 def _close(recorder: Recorder | None, outcome: Outcome) -> None:
@@ -150,7 +183,7 @@ def _end(chosen: Subject, outcome: Outcome, written: Sequence[Path], as_json: bo
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> None:
+def _require(chosen: Subject, snapshots: int, view: View, save: Path | None, film: Path | None) -> None:
     """Outputs that cannot be drawn or saved are refused before the run starts."""
     if isinstance(view.target, str):
         chosen.simulation.model.body_index(view.target)
@@ -158,6 +191,10 @@ def _require(chosen: Subject, snapshots: int, view: View, save: Path | None) -> 
         raise InputError(f"snapshots = {snapshots}; it must be zero or positive")
     if save is not None:
         writable(save)
+    if film is not None:
+        if film.suffix.lower() not in (".gif", ".webp", ".mp4"):
+            raise InputError(f"--film {film}: give a name that ends in .gif, .webp or .mp4")
+        writable(film)
 
 
 def _recorder(

@@ -55,6 +55,7 @@ class Choices:
     """The options of a command that belong to its subject."""
 
     settings: Sequence[str] = ()
+    count: int | None = None
     strict: bool = False
     floating_base: bool | None = None
     keyframe: str | None = None
@@ -72,7 +73,10 @@ def open_subject(name: str, choices: Choices) -> Subject:
     options = choices.options
     if name in scenes.names():
         _require_model(name, choices)
-        return _scene(name, choices.settings, options)
+        counts = () if choices.count is None else (f"count={choices.count}",)
+        return _scene(name, [*choices.settings, *counts], options)
+    if choices.count is not None:
+        raise InputError(f"{name}: --count is for scenes; `amontons scenes` lists them")
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix not in (*MODELS, *SAVED):

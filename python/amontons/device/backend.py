@@ -44,13 +44,20 @@ class Backend(Protocol):
     """A device with the kernels of kernels.cl, and a queue that runs them in the order of their launches."""
 
     device: Device
+    lost: bool
+    """whether a call failed: the next solve that names the device opens it again"""
 
     def allocate(self, nbytes: int) -> Any:
         """A buffer; InputError where the device has no room."""
         ...
 
+    def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
+        """Memory of the host that uploads read fastest."""
+        ...
+
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
-        """Copy an array into a buffer, from its entry `begin` of the type of the array on."""
+        """Copy an array into a buffer, from its entry `begin` of the type of the array on. An array in
+        `host_memory` may be read until the next download."""
         ...
 
     def download(self, buffer: Any, begin: int, count: int) -> Array:
@@ -78,12 +85,27 @@ def no_room(device: Device, wanted: int) -> InputError:
     )
 
 
+def failed(device: Device, error: Exception) -> InputError:
+    """A driver that reports anything but a lack of memory: a device that was reset or taken away."""
+    said = " ".join(str(error).split())[:200] or type(error).__name__
+    return InputError(
+        f'device "{device.name}" ({device.hardware}) failed: {said}; go on with device="cpu", or start the '
+        "program again; a simulation is as before the step"
+    )
+
+
 class Memory:
-    """Buffers by name, which grow and stay: the next problem of a simulation finds them."""
+    """Buffers by name, which grow and stay, with what they hold: the next problem finds them."""
 
     def __init__(self, backend: Backend) -> None:
         self._backend = backend
         self._buffers: dict[str, tuple[int, Any]] = {}
+        self.layout: Any = None
+        """the arrays of the last problem on the host"""
+        self.there: set[str] = set()
+        """names of these arrays whose buffers hold the same"""
+        self.sent = 0
+        """bytes of all uploads"""
 
     @property
     def nbytes(self) -> int:
@@ -104,6 +126,11 @@ class Memory:
     def filled(self, name: str, values: NDArray[Any]) -> Any:
         """A buffer with the values of an array."""
         held = self.buffer(name, values.nbytes)
-        if values.nbytes:
-            self._backend.upload(held, np.ascontiguousarray(values))
+        self.upload(held, values)
         return held
+
+    def upload(self, held: Any, values: NDArray[Any], begin: int = 0) -> None:
+        """See `Backend`; counted."""
+        self.sent += values.nbytes
+        if values.nbytes:
+            self._backend.upload(held, np.ascontiguousarray(values), begin)

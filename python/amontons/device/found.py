@@ -86,9 +86,9 @@ _lock = threading.Lock()
 
 
 def open_device(device: Device) -> Backend:
-    """Its backend: the kernels are built once per process."""
+    """Its backend: the kernels are built once per process, and again after a call that failed."""
     with _lock:
-        if device.name not in _opened:
+        if device.name not in _opened or _opened[device.name].lost:
             kind, _, index = device.name.partition(":")
             made = opencl.OpenCL(int(index)) if kind == "opencl" else cuda.Cuda(int(index))
             _opened[device.name] = made
@@ -99,12 +99,12 @@ def source_on(backend: Backend, name: str, least_contacts: int) -> _core.Iterate
     """Solves on a device; each takes buffers that no other one uses, and gives them back at its end."""
     idle: list[Memory] = []
 
-    def make(problem: _core.Problem, law: _core.Law) -> DeviceMethod:
+    def make(problem: _core.Problem, law: _core.Law, threads: int) -> DeviceMethod:
         try:
             memory = idle.pop()
         except IndexError:
             memory = Memory(backend)
-        method = DeviceMethod(problem, law, backend, memory)
+        method = DeviceMethod(problem, law, backend, memory, threads=threads)
         weakref.finalize(method, idle.append, memory)
         return method
 

@@ -246,7 +246,7 @@ DEVICE V6 gather(GLOBAL const double* v, uint stride, GLOBAL const uint* contact
     w.v[5] += m.z;
   }
   for (uint e = r0; e < r1; ++e) {
-    const double f = v[row_list[e]];
+    const double f = v[row_list[e] / 2u];  // the sign is that of the row of D
     for (uint k = 0u; k < 6u; ++k) w.v[k] += f * list_row[k * levers + e];
   }
   return w;
@@ -647,6 +647,30 @@ KERNEL decide_beta(GLOBAL const double* partial, GLOBAL double* state, uint n) {
 }
 
 // Beside the iteration -----------------------------------------------------------------------------------------------
+
+// The numbers of the lists, in their order: a work item of `bodies` reads a list, its neighbours the next ones. Arms of
+// contacts (fields 8 and 11), and six numbers of a row of D.
+KERNEL list_arms(GLOBAL const double* contact, uint stride, GLOBAL const uint* contact_list, GLOBAL double* list_arm,
+                 uint arms) {
+  FOR_TILE(i) {
+    const uint e = GROUP * TILE + i;
+    if (e < arms) {
+      const uint entry = contact_list[e];
+      store3(list_arm, arms, e, load3(contact + (entry % 2u ? 11u : 8u) * stride, stride, entry / 2u));
+    }
+  }
+}
+// ahead: component of a vector to which the first row of `jacobian` belongs.
+KERNEL list_rows(GLOBAL const double* jacobian, uint stride, uint ahead, GLOBAL const uint* row_list,
+                 GLOBAL double* list_row, uint levers) {
+  FOR_TILE(i) {
+    const uint e = GROUP * TILE + i;
+    if (e < levers) {
+      const uint place = row_list[e] / 2u - ahead, side = row_list[e] % 2u;
+      for (uint k = 0u; k < 6u; ++k) list_row[k * levers + e] = jacobian[(6u * side + k) * stride + place];
+    }
+  }
+}
 
 // u = D lines + E x + b after `bodies` of x; the natural map. x and u by their places in `state`.
 KERNEL refresh(VECTORS, uint which_x, uint which_u, GLOBAL const double* contact, GLOBAL const double* row,

@@ -34,6 +34,26 @@ def tiles(n: int) -> int:
     return -(-n // TILE)
 
 
+def packed(
+    backend: Backend, memory: Memory, problem: _core.Problem, threads: int
+) -> tuple[_core.DeviceLayout, dict[str, Any], dict[str, Any]]:
+    """The layout of a problem, its arrays, and buffers with them. Only arrays that differ from those of the
+    last problem in this memory are sent."""
+    there, memory.there = memory.there, set()  # an exception leaves buffers of which nothing is known
+    if memory.layout is None:
+        memory.layout = _core.DeviceLayout(problem, threads, backend.host_memory)
+    else:
+        memory.layout.fill(problem, threads)
+    there -= set(memory.layout.changed())
+    arrays = memory.layout.arrays()
+    held = {
+        name: memory.buffer(name, values.nbytes) if name in there else memory.filled(name, values)
+        for name, values in arrays.items()
+    }
+    memory.there = set(held)
+    return memory.layout, arrays, held
+
+
 class DeviceMethod:
     """P-SPG-FB or APGD for one problem, whose vectors and scalars stay on a device.
 
@@ -41,8 +61,11 @@ class DeviceMethod:
     take two launches more. A read follows `CHUNK` iterations, or fewer where u is to be formed from scratch.
     """
 
-    def __init__(self, problem: _core.Problem, law: _core.Law, backend: Backend, memory: Memory) -> None:
-        self._layout = layout = _core.DeviceLayout(problem)
+    def __init__(
+        self, problem: _core.Problem, law: _core.Law, backend: Backend, memory: Memory, *, threads: int = 0
+    ) -> None:
+        layout, arrays, held = packed(backend, memory, problem, threads)
+        self._layout = layout
         self._backend, self._memory = backend, memory
         self.launches = self.reads = 0
         flags = (law == _core.Law.coulomb) + 2 * layout.compliant + 4 * layout.stored
@@ -50,14 +73,14 @@ class DeviceMethod:
         self._sizes = tuple(
             map(np.uint32, (layout.contacts, layout.rows, layout.stride, layout.row_stride, flags))
         )
-        self._fill(layout.arrays())
-        self._b = memory.filled("b", layout.to_passes(problem.b))
+        self._fill(arrays, held)
+        self._b = held["b"]
         places = max(1, layout.contacts + layout.rows)
         self._most = max(1, min(CHUNK, PLACES[backend.device.kind] // places))
 
-    def _fill(self, arrays: dict[str, Any]) -> None:
+    def _fill(self, arrays: dict[str, Any], held: dict[str, Any]) -> None:
+        """Buffers of the passes beside those of the layout, and what all launches have in common."""
         layout, memory = self._layout, self._memory
-        held = {name: memory.filled(name, values) for name, values in arrays.items()}
         self._parts, self._large = len(arrays["parts"]) // 4, len(arrays["large"]) // 3
         self._tiles = max(1, tiles(layout.contacts) + tiles(layout.rows))
         self._body_tiles = max(1, tiles(layout.bodies))
@@ -67,7 +90,13 @@ class DeviceMethod:
         self._partial = memory.buffer("partial", 8 * (3 * self._tiles + self._body_tiles + self._large))
         self._state = memory.buffer("state", 8 * (len(STATE) + RECORD * CHUNK))
         n, m = np.uint32(len(arrays["contact_list"])), np.uint32(len(arrays["row_list"]))
-        lists = (held["contact_list"], held["list_arm"], n, held["row_list"], held["list_row"], m)
+        list_arm, list_row = memory.buffer("list_arm", 24 * int(n)), memory.buffer("list_row", 48 * int(m))
+        lists = (held["contact_list"], list_arm, n, held["row_list"], list_row, m)
+        ahead, apart = (0, layout.size) if layout.stored else (3 * layout.stride, layout.row_stride)
+        of_contacts = (held["contact"], np.uint32(layout.stride), held["contact_list"], list_arm, n)
+        of_rows = (held["jacobian"], np.uint32(apart), np.uint32(ahead), held["row_list"], list_row, m)
+        self._run([("list_arms", max(1, tiles(int(n))), of_contacts),
+                   ("list_rows", max(1, tiles(int(m))), of_rows)])  # fmt: skip
         mass = (held["mass"], np.uint32(layout.line_stride), lines, self._partial)
         begin, stride = np.uint32(3 * self._tiles), np.uint32(layout.stride)
         self._bodies_rest = (stride, held["first"], *lists[:3], held["first_row"], *lists[3:], *mass, begin,
@@ -160,8 +189,7 @@ class DeviceMethod:
             values = np.full(int(start["memory"]), -np.inf)
             values[0] = 0
             self._values = memory.filled("values", values)
-        x = layout.to_passes(layout.projected(x0))
-        self._backend.upload(vectors, x, FIRST_X * size)
+        memory.upload(vectors, layout.start(x0), FIRST_X * size)
         self._momentum = momentum
         self._iterate = self._iteration(method)
         self._program = self._backend.program(self._iterate * self._most) if self._most > 1 else None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..errors import InputError
-from .backend import Device, Launch, no_room, source
+from .backend import Device, Launch, failed, no_room, source
 
 PACKAGE = 'pyopencl (pip install "amontons[opencl]")'
 DRIVER = "an OpenCL driver of its vendor, or pocl (pip install pocl-binary-distribution) for the processor"
@@ -63,6 +63,7 @@ class OpenCL:
         self._cl = cl = _module()
         hardware = _hardware(cl)[index]
         self.device = _described(cl, index, hardware)
+        self.lost = False
         self.group = GROUPS.get(self.device.kind, 64) if group is None else group
         self._largest = int(hardware.max_mem_alloc_size)
         self._context = cl.Context([hardware])
@@ -88,23 +89,39 @@ class OpenCL:
         except cl.Error:
             raise no_room(self.device, nbytes) from None
 
+    def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
+        """See `Backend`."""
+        return np.empty(nbytes, np.uint8)
+
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""
-        self._cl.enqueue_copy(self._queue, buffer, values, dst_offset=begin * values.itemsize)
+        try:
+            self._cl.enqueue_copy(self._queue, buffer, values, dst_offset=begin * values.itemsize)
+        except self._cl.Error as error:
+            raise self._failed(error) from error
 
     def download(self, buffer: Any, begin: int, count: int) -> Array:
         """See `Backend`."""
         values = np.empty(count)
         try:
             self._cl.enqueue_copy(self._queue, values, buffer, src_offset=8 * begin)
-        except self._cl.MemoryError:
-            raise no_room(self.device, 0) from None
+        except self._cl.Error as error:
+            raise self._failed(error) from error
         return values
 
     def launch(self, kernel: str, groups: int, *arguments: Any) -> None:
         """See `Backend`."""
-        with self._lock:  # arguments are set one by one, then the kernel is enqueued
-            self._kernels[kernel](self._queue, (groups * self.group,), (self.group,), *arguments)
+        try:
+            with self._lock:  # arguments are set one by one, then the kernel is enqueued
+                self._kernels[kernel](self._queue, (groups * self.group,), (self.group,), *arguments)
+        except self._cl.Error as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: Exception) -> InputError:
+        if isinstance(error, self._cl.MemoryError):  # drivers may allocate at the first use
+            return no_room(self.device, 0)
+        self.lost = True
+        return failed(self.device, error)
 
     def program(self, launches: Sequence[Launch]) -> Callable[[], None]:
         """See `Backend`. The queue runs them in order; nobody waits between them."""

@@ -15,7 +15,7 @@ from .composing import KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
 from .mass import MassProperties
-from .model import FRICTION_RULES, TREES, Model, index_of, no_model
+from .model import FRICTION_RULES, TREE_TERMS, TREES, Model, index_of, no_model
 from .part_builder import PartBuilder, require_movable
 from .parts import (
     NO_FLUID,
@@ -75,7 +75,7 @@ class ModelBuilder(PartBuilder):
         chosen("friction rule", friction_rule, FRICTION_RULES)
         self._friction_rule = friction_rule
         if trees is not None:
-            chosen("trees", trees, TREES)
+            chosen("trees", trees, TREES, TREE_TERMS)
         self._trees = trees
         self._fluid = fluid
         self._bodies: list[Body] = []

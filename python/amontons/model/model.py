@@ -38,6 +38,8 @@ PYTHON_PARTS = {
 }  # fmt: skip
 """Fields that the compiled model does not know, and so does not check."""
 TREES = words(_core.Trees)
+TREE_TERMS = {"maximal": "none", "minimal": "auto", "reduced": "auto"}
+"""Names of coordinates elsewhere -> here."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ class Model:
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", vector3("gravity", self.gravity))
         chosen("friction rule", self.friction_rule, FRICTION_RULES)
-        chosen("trees", self.trees, TREES)
+        chosen("trees", self.trees, TREES, TREE_TERMS)
         for f in fields(self):
             if isinstance(getattr(self, f.name, None), list):
                 object.__setattr__(self, f.name, tuple(getattr(self, f.name)))

@@ -260,7 +260,7 @@ class Body:
 
     def __post_init__(self) -> None:
         who = named("body", self.name)
-        chosen("motion", self.motion, MOTIONS)
+        chosen("motion", self.motion, MOTIONS, {"static": "fixed"})
         numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
             fill(self, **{name: vector3(who + name, getattr(self, name))})

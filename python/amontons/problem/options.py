@@ -25,6 +25,15 @@ METHOD_OPTIONS: dict[str, dict[str, str]] = {
     "gauss-seidel": {"omega": "sor_omega"},
 }
 
+LAW_TERMS = {
+    "ccp": "associated",
+    "cone-complementarity": "associated",
+    "convex": "associated",
+    "convex-relaxation": "associated",
+    "de-saxce": "coulomb",
+    "relaxed": "associated",
+}
+"""Names of laws of friction elsewhere -> here."""
 COMMON = ("law", "x0", "tolerance", "max_iterations", "deadline", "history", "callback", "threads")
 """The options of every method."""
 METHOD_TERMS = {
@@ -114,7 +123,7 @@ def core_options(
     method_options: dict[str, Any],
 ) -> _core.Options:
     options = _core.Options()
-    options.law = None if law is None else chosen("law", law, LAWS)  # that of the problem
+    options.law = None if law is None else chosen("law", law, LAWS, LAW_TERMS)  # that of the problem
     options.tolerance = option("tolerance", tolerance)
     if max_iterations is not None:
         options.max_iterations = option("max_iterations", max_iterations)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, step_counts
-from ..checks import Array, chosen, frozen, sequence, text, vector
+from ..checks import Array, chosen, frozen, sequence, suggestion, text, vector
 from ..errors import InputError
 from ..hooks import supplied_by
 from . import cones as cones_
@@ -81,7 +81,7 @@ class Problem:
         guesses: Sequence[ArrayLike] = (),
         law: str = "coulomb",
     ) -> None:
-        core_law = chosen("law", law, options.LAWS)
+        core_law = chosen("law", law, options.LAWS, options.LAW_TERMS)
         self._A = matrices.canonical(A)
         rows = self._A.shape[0]
         right = vector("b", b)
@@ -141,7 +141,7 @@ class Problem:
 
     def _law(self, law: str | None) -> _core.Law:
         """The law that was asked for, or else that of the problem."""
-        return self._core.law if law is None else chosen("law", law, options.LAWS)
+        return self._core.law if law is None else chosen("law", law, options.LAWS, options.LAW_TERMS)
 
     @property
     def mu(self) -> Array:
@@ -260,12 +260,12 @@ class Problem:
         blocks = self._core.preconditioner
         return frozen(blocks if self._scale is None else blocks / self._scale**2)
 
-    def saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
+    def de_saxce(self, u: ArrayLike, *, law: str | None = None) -> Array:
         """(m,) the term of De Saxce (m/s) that makes Coulomb's law of the variational inequality.
 
-        g = u + saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|. With
-        anisotropic and rolling friction it is the support of the set per unit of normal force. It is zero in
-        all other rows, and everywhere under `associated`.
+        g = u + de_saxce(u) has to be in the dual cone. In the normal row of a contact the term is mu |u_t|.
+        With anisotropic and rolling friction it is the support of the set per unit of normal force. It is
+        zero in all other rows, and everywhere under `associated`.
 
         u: (m,) velocities A x + b (m/s, rad/s). law: None for that of the problem.
         """
@@ -275,7 +275,7 @@ class Problem:
         return frozen(self._core.saxce(values, self._law(law)))
 
     def natural_map(self, x: ArrayLike, *, law: str | None = None) -> Array:
-        """(m,) x - project(x - g / P), g = u + saxce(u), u = A x + b: zero exactly at a solution.
+        """(m,) x - project(x - g / P), g = u + de_saxce(u), u = A x + b: zero exactly at a solution.
 
         The residual is its norm sqrt(sum(P r^2)) over that at x = 0. Formed without the cancellation that the
         formula has where x is large. law: None for that of the problem.
@@ -307,6 +307,14 @@ class Problem:
         if hasattr(self.A, "nnz"):
             kind = f"sparse, {self.A.nnz} entries"
         return f"amontons.vi.Problem{title}\n  rows:  {self.rows}\n  A:     {kind}\n  cones: {cones}"
+
+    if not TYPE_CHECKING:  # checkers of types know which names there are
+
+        def __getattr__(self, name: str) -> Any:
+            """Only for names that are not there."""
+            if name == "saxce":
+                raise AttributeError("problem.saxce is now problem.de_saxce")
+            raise AttributeError(f"a problem has no attribute {name!r}{suggestion(name, dir(type(self)))}")
 
 
 class Violations(NamedTuple):

@@ -96,7 +96,7 @@ def _batch(model: Model, group: list[tuple[Row, tuple[float, float, float]]]) ->
         q = np.array([p.rotation if p else (1.0, 0.0, 0.0, 0.0) for p in poses])
         positions, rotations = base + turned(q, positions), product(q, rotations)
     return Batch(
-        surface=surface_of(first.shape),
+        surface=surface_of(first.shape, len(group)),
         items=np.array([row[0] for row, _ in group], dtype=np.int32),
         bodies=bodies,
         positions=positions,

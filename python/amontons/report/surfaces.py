@@ -15,6 +15,8 @@ from ..model.visuals import TriangleMesh
 
 AROUND = 32
 """Corners of a circle."""
+MOST_TRIANGLES = 8_000_000
+"""of all balls of a batch: what a picture of some GB of memory holds"""
 
 
 @dataclass(frozen=True)
@@ -66,12 +68,17 @@ def form_of(shape: Shape | TriangleMesh) -> Form | None:
     return Form(("mesh", id(shape)), (1.0, 1.0, 1.0))
 
 
-def surface_of(shape: Shape | TriangleMesh) -> Surface:
-    """Unit shapes that `form_of` scales: the sphere of radius one, and so on."""
+def surface_of(shape: Shape | TriangleMesh, count: int = 1) -> Surface:
+    """Unit shapes that `form_of` scales: the sphere of radius one, and so on.
+
+    count: instances in one batch. Balls have fewer corners where there are more than 7800, at least six
+    around: a million of them are a few pixels each.
+    """
     match shape:
         case Sphere() | Ellipsoid():
-            angles = np.linspace(-np.pi / 2, np.pi / 2, AROUND // 2 + 1)
-            return Surface(*_turned(np.column_stack((np.cos(angles), np.sin(angles)))), flat=False)
+            around = min(AROUND, max(6, 2 * int(np.sqrt(MOST_TRIANGLES / count) / 2)))
+            angles = np.linspace(-np.pi / 2, np.pi / 2, around // 2 + 1)
+            return Surface(*_turned(np.column_stack((np.cos(angles), np.sin(angles))), around), flat=False)
         case Box():
             return Surface(*_box(), flat=True)
         case Cylinder():  # an edge is two rings: normals do not go round it
@@ -107,16 +114,16 @@ def _box() -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     return signs, np.array(triangles, dtype=np.uint32)
 
 
-def _turned(profile: Array) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+def _turned(profile: Array, around: int = AROUND) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """The solid of revolution about z of a profile (distance from the axis, height) from the bottom up."""
-    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    angles = 2 * np.pi * np.arange(around) / around
     ring = np.column_stack((np.cos(angles), np.sin(angles)))
-    vertices = np.concatenate([np.column_stack((d * ring, np.full(AROUND, z))) for d, z in profile])
-    i = np.arange(AROUND)
-    j = (i + 1) % AROUND
+    vertices = np.concatenate([np.column_stack((d * ring, np.full(around, z))) for d, z in profile])
+    i = np.arange(around)
+    j = (i + 1) % around
     triangles = []
     for k in range(len(profile) - 1):
-        low, high = k * AROUND, (k + 1) * AROUND
+        low, high = k * around, (k + 1) * around
         if profile[k, 0] > 1e-9:  # no area where both corners lie on the axis
             triangles.append(np.column_stack((low + i, low + j, high + j)))
         if profile[k + 1, 0] > 1e-9:

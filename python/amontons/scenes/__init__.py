@@ -10,6 +10,7 @@ from .card_house import card_house
 from .chain import capstan, chain
 from .domino_run import domino_run
 from .free_body import free_body, pendulum
+from .grains import avalanche, drum, pile
 from .hopper import hopper
 from .linkages import four_bar, slider_crank
 from .network import network
@@ -23,10 +24,12 @@ from .wall import wall, wall_at_rest
 __all__ = [
     "Scene",
     "arch",
+    "avalanche",
     "capstan",
     "card_house",
     "chain",
     "domino_run",
+    "drum",
     "four_bar",
     "free_body",
     "get",
@@ -37,6 +40,7 @@ __all__ = [
     "network",
     "newtons_cradle",
     "pendulum",
+    "pile",
     "plates",
     "rolling_balls",
     "rolling_sphere",

@@ -10,7 +10,7 @@ from .. import _core
 from ..checks import chosen, option, suggestion
 from ..errors import InputError
 from ..problem.iterate import source_of_device
-from ..problem.options import LAWS, OPTION_TERMS, require_method
+from ..problem.options import LAW_TERMS, LAWS, OPTION_TERMS, require_method
 from .own_method import name_of, wrapped
 
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
@@ -20,7 +20,7 @@ def core_options(given: Mapping[str, Any]) -> _core.SimulationOptions:
     """Options of the compiled module, in which zero stands for automatic."""
     o = _core.SimulationOptions()
     o.dt = option("dt", given["dt"])
-    o.law = chosen("law", given["law"], LAWS)
+    o.law = chosen("law", given["law"], LAWS, LAW_TERMS)
     if callable(given["method"]):
         o.method = name_of(given["method"])
         o.set_own_method(wrapped(given["method"]))

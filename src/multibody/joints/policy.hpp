@@ -38,7 +38,9 @@ struct Policy {
   // direction. The number of locked wrenches is then that of the model in every pose. Candidates that differ
   // by less are equal, so that rounding does not decide between them.
   double dependent = 1e-9;
-  // Rounding (relative): of a length or a sine to zero, which then has no direction.
+  // Rounding (relative): of a length or a sine to zero, which then has no direction. Also of the work of a
+  // wrench along a degree of freedom, of a natural map to that of zero impulses, of a velocity error to the
+  // fastest body. A body of a tree that is farther from the pose of its coordinates was moved by the user.
   double rounding = 1e-12;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.

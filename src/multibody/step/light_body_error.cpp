@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "amontons/problem/residual.hpp"
+#include "multibody/joints/policy.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -35,7 +36,7 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 double tolerance_for_light_bodies(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
                                   double tolerance) {
-  const double least_miss = step::policy.rounding * (fastest.moving + fastest.turning);
+  const double least_miss = joints::policy.rounding * (fastest.moving + fastest.turning);
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
   double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -63,10 +64,10 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double weight = 1 / std::sqrt(p * steep);
     if (missed > std::max(step::policy.wrong * U, least_miss) &&
-        missed * weight > step::policy.rounding * whole)
+        missed * weight > joints::policy.rounding * whole)
       found = std::min(found, step::policy.wrong * U * weight);
   });
-  return std::max(found / whole, step::policy.rounding);
+  return std::max(found / whole, joints::policy.rounding);
 }
 
 }  // namespace amontons

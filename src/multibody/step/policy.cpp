@@ -35,7 +35,6 @@ constinit Policy policy;
                          {"rough", &policy.rough},
                          {"remembered_sag", &policy.remembered_sag},
                          {"fastest_turn", &policy.fastest_turn},
-                         {"wrong", &policy.wrong},
-                         {"rounding", &policy.rounding}});
+                         {"wrong", &policy.wrong}});
 
 }  // namespace amontons::step

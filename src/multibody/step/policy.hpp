@@ -115,9 +115,6 @@ struct Policy {
   // without it.
   // Off: 1e30.
   double wrong = 0.05;
-  // Rounding (relative): of a natural map to that of zero impulses, and of a velocity error to the fastest
-  // body. A wrench that does less work than this share of a unit along a degree of freedom moves nothing.
-  double rounding = 1e-13;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;

@@ -16,6 +16,7 @@
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
+#include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/fixed_contacts.hpp"
@@ -55,7 +56,7 @@ bool is_held(const PositionInput& in, Index body, const Contact& c) {
     const Mat3 to_joint = transposed(joint.axes);
     const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
     for (std::size_t i = 0; i < joint.chain.dofs; ++i)
-      if (std::abs(dot(push, joint.chain.screws[i])) > step::policy.rounding * joint.scale(i)) return false;
+      if (std::abs(dot(push, joint.chain.screws[i])) > joints::policy.rounding * joint.scale(i)) return false;
     return true;
   });
 }

@@ -5,9 +5,6 @@
 namespace amontons::trees {
 
 struct Policy {
-  // Distance (relative to Model::length and to the distance from the origin): a body farther from the pose of
-  // its coordinates was moved by the user. Rounding is below it (test_trees).
-  double rounding = 1e-11;
   // Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
   // 2 ms.
   int most_rounds = 8;

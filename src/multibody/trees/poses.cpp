@@ -8,7 +8,7 @@
 #include "amontons/base/elementary.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/joints/chain.hpp"
-#include "multibody/trees/policy.hpp"
+#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 
@@ -146,13 +146,13 @@ void read_balls(const Model& model, const Forest& forest, const State& state, Tr
       trees.places[i].ball = ball_in(model, state, forest.bodies[i]);
 }
 
-// Whether a pose of the state is another one than that of the coordinates. The vector of the quaternion of a
-// small turn is half of its rotation vector.
+// Whether the user has moved a body to another pose than that of the coordinates. The vector of the
+// quaternion of a small turn is half of its rotation vector.
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
-  return !(norm(state.positions[body] - pose.position) <= trees::policy.rounding * size) ||
-         !(model.length() * norm(turn.vector()) <= trees::policy.rounding * size);
+  return !(norm(state.positions[body] - pose.position) <= joints::policy.rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= joints::policy.rounding * size);
 }
 
 // Sizes are those of the model: memory is taken in the first step only.

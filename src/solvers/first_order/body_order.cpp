@@ -8,6 +8,7 @@
 #include "solvers/first_order/body_order.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace amontons {
@@ -162,16 +163,36 @@ std::vector<Key> morton_keys(const Walk& w) {
   return keys;
 }
 
+// Sorts keys: by their leading bits into buckets first, which threads then sort. Keys differ, so that there
+// is one order.
+void sort_keys(std::vector<Key>& keys, ThreadPool& pool) {
+  constexpr std::size_t buckets = 1024;
+  if (keys.size() < 4 * buckets) return std::sort(keys.begin(), keys.end());
+  std::uint64_t most = 0;
+  for (const Key& key : keys) most = std::max(most, key.cell);
+  const int shift = std::max(0, static_cast<int>(std::bit_width(most)) - 10);
+  std::vector<std::size_t> first(buckets + 1);
+  for (const Key& key : keys) ++first[(key.cell >> shift) + 1];
+  for (std::size_t i = 0; i < buckets; ++i) first[i + 1] += first[i];
+  std::vector<std::size_t> place(first.begin(), first.end() - 1);
+  std::vector<Key> sorted(keys.size());
+  for (const Key& key : keys) sorted[place[key.cell >> shift]++] = key;
+  const auto at = [&](std::size_t i) { return sorted.begin() + static_cast<std::ptrdiff_t>(i); };
+  pool.run(buckets, [&](std::size_t i) { std::sort(at(first[i]), at(first[i + 1])); });
+  keys.swap(sorted);
+}
+
 }  // namespace
 
 // Ranks along the curve, then the hubs. Immobile bodies get no rank.
-BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub) {
+BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub,
+                       ThreadPool& pool) {
   const std::size_t n = is_hub.size();
   std::vector<bool> include(n);
   for (std::size_t i = 0; i < n; ++i) include[i] = graph.moves[i] && !is_hub[i];
   const Walk w = A.bodies.centre.empty() ? walk(A, graph.links, include) : known(A.bodies.centre, include);
   std::vector<Key> keys = morton_keys(w);
-  std::sort(keys.begin(), keys.end());
+  sort_keys(keys, pool);
   BodyOrder order;
   order.rank.assign(n, static_cast<std::uint32_t>(n));
   for (const Key& key : keys) order.moving.push_back(w.body[key.step]);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "amontons/base/threads.hpp"
 #include "amontons/problem/contact_graph.hpp"
 
 namespace amontons {
@@ -15,6 +16,8 @@ struct BodyOrder {
 
 // Orders along a Morton curve through the centres of mass, known or recovered. Hubs, bodies with very many
 // contacts, connect distant parts: they are excluded from the graph and come last.
-BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub);
+// The pool is for sorting; the order does not depend on it.
+BodyOrder order_bodies(const ContactSystem& A, const ContactGraph& graph, const std::vector<bool>& is_hub,
+                       ThreadPool& pool);
 
 }  // namespace amontons

@@ -44,7 +44,7 @@ std::unique_ptr<Run> start_over_iterate(const Problem& problem, const Options& o
   if (on_device(problem, options) && options.iterates->make_method)
     return std::make_unique<Driven<OnDevice<Kind>>>(
         problem, options, budget, [&](const Options& o, Monitor& monitor) {
-          return OnDevice<Kind>(o, monitor, o.iterates->make_method(problem, law_of(problem, o)));
+          return OnDevice<Kind>(o, monitor, o.iterates->make_method(problem, law_of(problem, o), o.threads));
         });
   return with_iterate(problem, options,
                       [&](auto make) { return started<Method>(problem, options, budget, make); });

@@ -177,7 +177,8 @@ ContactLayout lay_out(const ContactSystem& A, const ContactGraph& graph, std::si
   const std::size_t bodies = A.bodies.size();
   const std::vector<Link>& links = graph.links;  // contacts, then single rows
   const std::vector<bool> is_hub = find_hubs(bodies, links, contacts);
-  const BodyOrder order = order_bodies(A, graph, is_hub);
+  ThreadPool alone(1);
+  const BodyOrder order = order_bodies(A, graph, is_hub, alone);
   const std::size_t ranks = order.moving.size() + 1;  // the last rank is for links without a moving body
   // A common rank for contacts and rows, by which both are sorted and cut into chunks.
   std::vector<std::uint32_t> rank(links.size());

@@ -1,17 +1,18 @@
 // From a problem to the arrays of a device, in linear time except for the order of the bodies:
 //   places   bodies along the curve of the fused passes (body_order), contacts and rows sorted by them
-//   fields   the data of contacts, rows and bodies that a pass reads, component by component
-//   lists    the summands of a body: one entry for every side of a contact or row, sorted by counting.
-//   Entries
-//            are in ascending order of contacts and rows, the order of the sum. Arms and rows of D are stored
-//            a second time in the order of the lists, so that a body reads them contiguously
+//   lists    the summands of a body: one entry for every side of a contact or row, in ascending order, the
+//            order of the sum. The device itself copies arms and rows of D into the order of the lists
 //   parts    a list of more than `most_entries` would keep one work item busy while all others wait. Its
-//   parts
-//            are summed in parallel, and their sums by a tree
+//            parts are summed in parallel, and their sums by a tree
+//   numbers  the data of contacts, rows and bodies that a pass reads, component by component
+// Places and lists follow from the bodies of the blocks and their order alone, and are kept with these.
+// Threads take parts of the places, and in sorts ranges of the keys: no bit depends on their number.
 #include "amontons/solvers/first_order/device_layout.hpp"
 
 #include <algorithm>
+#include <limits>
 
+#include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/solvers/first_order/contact_iterate.hpp"
 #include "amontons/solvers/first_order/metric.hpp"
 #include "solvers/first_order/contact_rows.hpp"
@@ -22,197 +23,65 @@ namespace amontons {
 namespace {
 
 using Layout = DeviceLayout;
+using Writer = HostArray<double>::Writer;
+
+// Places that a thread takes at a time: some 0.1 ms of work, long beside the hand-over to a thread.
+constexpr std::size_t places_per_part = 4096;
+// A contact of the problem is 424 bytes. The passes need numbers on its first five lines. The processor does
+// not foresee the order along the curve. So lines are fetched this many contacts ahead.
+constexpr std::size_t contacts_ahead = 16, bytes_of_contact = 256;
+// The key of an entry that is in no list.
+constexpr std::uint32_t no_key = std::numeric_limits<std::uint32_t>::max();
 
 std::size_t padded(std::size_t n) { return (n + 31) / 32 * 32; }
 
-// Places of bodies, contacts and rows, as in the fused passes.
-struct Places {
-  std::vector<std::uint32_t> line;  // of each body, 0 for fixed bodies
-  Sorted contacts, rows;
-};
-Places places_of(const ContactSystem& A, const ContactGraph& graph, std::size_t contacts,
-                 std::size_t& bodies) {
-  const std::size_t n = A.bodies.size();
-  const std::vector<bool> is_hub = find_hubs(n, graph.links, contacts);
-  const BodyOrder order = order_bodies(A, graph, is_hub);
-  bodies = order.moving.size();
-  std::vector<std::uint32_t> rank(graph.links.size());
-  for (std::size_t k = 0; k < rank.size(); ++k) rank[k] = sort_rank(graph.links[k], order, is_hub);
-  Places places;
-  places.line.assign(n, 0);
-  for (std::size_t i = 0; i < bodies; ++i) places.line[order.moving[i]] = static_cast<std::uint32_t>(i + 1);
-  places.contacts = sort_by_rank(rank, 0, contacts, bodies + 1);
-  places.rows = sort_by_rank(rank, contacts, rank.size(), bodies + 1);
-  return places;
+std::size_t parts_of(std::size_t n) { return (n + places_per_part - 1) / places_per_part; }
+
+// f(begin, end) for parts of 0 .. n - 1.
+template <class F>
+void in_parts(ThreadPool& pool, std::size_t n, const F& f) {
+  pool.run(parts_of(n),
+           [&](std::size_t part) { f(part * places_per_part, std::min(n, (part + 1) * places_per_part)); });
 }
 
-std::uint32_t line_of(const Places& places, Index body) { return body < 0 ? 0 : places.line[body]; }
-
-// Contacts of files have no arms: their normal is the first axis of their own frame, as in ContactIterate.
-void fill_contacts(const Problem& problem, const ContactSystem& A, const Places& places, Layout& out) {
-  const std::vector<Friction>& cones = problem.K.all<Friction>();
-  const std::vector<BlockMetric> metrics = block_metrics(problem);
-  for (std::size_t c = 0; c < out.contacts; ++c) {
-    const std::size_t index = places.contacts.index[c];
-    out.contact_of[c] = static_cast<Index>(index);
-    const auto field = [&](int k) -> double& {
-      return out.contact[static_cast<std::size_t>(k) * out.stride + c];
-    };
-    if (out.stored) {
-      field(Layout::normal) = 1;
-    } else {
-      const Contact& contact = A.contacts[index];
-      for (int k = 0; k < 3; ++k) {
-        field(Layout::normal + k) = contact.normal[k];
-        field(Layout::arm_a + k) = contact.r_a[k];
-        field(Layout::arm_b + k) = contact.r_b[k];
-      }
-    }
-    field(Layout::mu) = std::min(cones[index].mu, largest_mu);
-    field(Layout::p) = problem.P[index];
-    field(Layout::aspect) = metrics[index].aspect;
-    field(Layout::p_t) = metrics[index].tangent;
-    field(Layout::compliance) = compliance_of(A, index);
-    out.compliant = out.compliant || compliance_of(A, index) != 0;
-    const ContactGraph::Link& link = problem.graph.links[index];
-    out.line[c] = line_of(places, link.a);
-    out.line[out.stride + c] = line_of(places, link.b);
-  }
-}
-
-// Writes a row of D to one of the places of `jacobian`.
-void fill_jacobian(const JacobianRow& row, std::size_t place, Layout& out) {
-  const std::size_t stride = out.jacobian_stride();
-  for (std::size_t k = 0; k < 6; ++k) {
-    out.jacobian[k * stride + place] = row.a[k];
-    out.jacobian[(6 + k) * stride + place] = row.b[k];
-  }
-}
-
-// Single rows, and the three rows of every stored contact, which precede the single ones in D as in x.
-void fill_rows(const Problem& problem, const ContactSystem& A, const Places& places, Layout& out) {
-  const std::vector<Interval> bounds = row_bounds(problem.K);
-  const std::size_t ahead = out.stored ? 3 * out.stride : 0;
-  for (std::size_t r = 0; r < out.rows; ++r) {
-    const std::size_t block = places.rows.index[r], index = block - out.contacts;
-    const std::size_t at = index + (out.stored ? 3 * out.contacts : 0);
-    out.row_of[r] = static_cast<Index>(index);
-    out.row[Layout::row_p * out.row_stride + r] = problem.P[block];
-    out.row[Layout::low * out.row_stride + r] = bounds[index].lo;
-    out.row[Layout::high * out.row_stride + r] = bounds[index].hi;
-    out.row[Layout::row_compliance * out.row_stride + r] = A.compliance[at];
-    const ContactGraph::Link& link = problem.graph.links[block];
-    out.line[2 * out.stride + r] = line_of(places, link.a);
-    out.line[2 * out.stride + out.row_stride + r] = line_of(places, link.b);
-    fill_jacobian(A.jacobian[at], ahead + r, out);
-  }
-  if (!out.stored) return;
-  for (std::size_t c = 0; c < out.contacts; ++c)
-    for (std::size_t k = 0; k < 3; ++k)
-      fill_jacobian(A.jacobian[3 * static_cast<std::size_t>(out.contact_of[c]) + k], k * out.stride + c, out);
-}
-
-void fill_masses(const Bodies& bodies, const Places& places, Layout& out) {
-  for (std::size_t body = 0; body < bodies.size(); ++body) {
-    const std::size_t line = places.line[body];
-    if (line == 0) continue;
-    out.mass[line] = bodies.inverse_mass[body];
-    for (std::size_t k = 0; k < 6; ++k)
-      out.mass[(1 + k) * out.line_stride + line] = bodies.inverse_inertia[body][k];
-  }
-}
-
-// One entry per side: the line of its body, its value in the list, and the place of its numbers.
-struct Entry {
-  std::uint32_t line, value;
-};
-
-// Lists by line from entries in ascending order, by counting: first[i] .. first[i + 1] - 1 are those of line
-// i. Line 0 has no entries.
-std::vector<std::uint32_t> make_lists(const std::vector<Entry>& entries, std::size_t lines,
-                                      std::vector<std::uint32_t>& first) {
-  first.assign(lines + 1, 0);
-  for (const Entry& e : entries) ++first[e.line + 1];
-  for (std::size_t i = 0; i < lines; ++i) first[i + 1] += first[i];
-  std::vector<std::uint32_t> place(first.begin(), first.end() - 1), list(entries.size());
-  for (const Entry& e : entries) list[place[e.line]++] = e.value;
-  return list;
-}
-
-std::vector<Entry> contact_entries(const Layout& out) {
-  std::vector<Entry> entries;
-  if (out.stored) return entries;
-  entries.reserve(2 * out.contacts);
-  for (std::size_t c = 0; c < out.contacts; ++c)
-    for (std::size_t side = 0; side < 2; ++side)
-      if (const std::uint32_t line = out.line[side * out.stride + c])
-        entries.push_back({line, static_cast<std::uint32_t>(2 * c + side)});
-  return entries;
-}
-
-// value: twice the place in `jacobian`, plus the side.
-std::vector<Entry> row_entries(const Layout& out) {
-  std::vector<Entry> entries;
-  const auto add = [&](std::size_t place, std::uint32_t line, std::size_t side) {
-    if (line) entries.push_back({line, static_cast<std::uint32_t>(2 * place + side)});
+// Entries 0 .. n - 1 by key, ties in their order: list[first[k]] .. are value(entry) of key k. Every thread
+// reads all entries and owns the keys of a range, so that it counts and places without the others.
+// make_list(size) returns the memory of the list.
+template <class Key, class Value, class MakeList>
+void sort_by_key(ThreadPool& pool, std::size_t n, std::size_t keys, const Key& key, const Value& value,
+                 const MakeList& make_list, std::vector<std::uint32_t>& first,
+                 std::vector<std::uint32_t>& place) {
+  const std::size_t owners = std::min<std::size_t>(pool.threads(), keys);
+  const auto own_keys = [&](const auto& f) {
+    pool.run(owners, [&](std::size_t owner) {
+      const auto low = static_cast<std::uint32_t>(owner * keys / owners);
+      const auto count = static_cast<std::uint32_t>((owner + 1) * keys / owners) - low;
+      for (std::size_t e = 0; e < n; ++e)
+        if (const std::uint32_t k = key(e); k - low < count) f(e, k);
+    });
   };
-  if (out.stored)
-    for (std::size_t c = 0; c < out.contacts; ++c)
-      for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t side = 0; side < 2; ++side)
-          add(k * out.stride + c, out.line[side * out.stride + c], side);
-  const std::size_t ahead = out.stored ? 3 * out.stride : 0;
-  for (std::size_t r = 0; r < out.rows; ++r)
-    for (std::size_t side = 0; side < 2; ++side)
-      add(ahead + r, out.line[2 * out.stride + side * out.row_stride + r], side);
-  return entries;
+  first.assign(keys + 1, 0);
+  own_keys([&](std::size_t, std::uint32_t k) { ++first[k + 1]; });
+  for (std::size_t k = 0; k < keys; ++k) first[k + 1] += first[k];
+  place.assign(first.begin(), first.end());
+  std::uint32_t* list = make_list(first[keys]);
+  own_keys([&](std::size_t e, std::uint32_t k) { list[place[k]++] = value(e); });
 }
 
-// One work item reads a list, and neighbours read neighbouring lists, so numbers are in the order of the
-// lists.
-void fill_list_numbers(Layout& out) {
-  const std::size_t n = out.contact_list.size(), m = out.row_list.size(), stride = out.jacobian_stride();
-  out.list_arm.resize(3 * n);
-  for (std::size_t e = 0; e < n; ++e) {
-    const std::size_t c = out.contact_list[e] / 2;
-    const int arm = out.contact_list[e] % 2 ? Layout::arm_b : Layout::arm_a;
-    for (std::size_t k = 0; k < 3; ++k)
-      out.list_arm[k * n + e] = out.contact[(static_cast<std::size_t>(arm) + k) * out.stride + c];
-  }
-  out.list_row.resize(6 * m);
-  const std::size_t ahead = out.stored ? 0 : 3 * out.stride;
-  for (std::size_t e = 0; e < m; ++e) {
-    const std::size_t place = out.row_list[e] / 2, side = out.row_list[e] % 2;
-    for (std::size_t k = 0; k < 6; ++k)
-      out.list_row[k * m + e] = out.jacobian[(6 * side + k) * stride + place];
-    // From here on the component of a vector.
-    out.row_list[e] = static_cast<std::uint32_t>(ahead + place);
-  }
+void fill_padding(HostArray<double>& array, std::size_t fields, std::size_t from, std::size_t stride) {
+  Writer put(array);
+  for (std::size_t k = 0; k < fields; ++k)
+    for (std::size_t i = from; i < stride; ++i) put(k * stride + i, 0);
 }
 
-// Long lists are divided into parts, and their bodies get empty lists: from here on `first` and `first_row`
-// hold both ends of a list.
-void cut_long_lists(Layout& out) {
-  std::vector<std::uint32_t> first = out.first, first_row = out.first_row;
-  const std::size_t lines = first.size() - 1;
-  out.first.assign(2 * lines, 0);
-  out.first_row.assign(2 * lines, 0);
-  constexpr auto most = static_cast<std::uint32_t>(Layout::most_entries);
-  for (std::size_t i = 0; i < lines; ++i) {
-    const std::uint32_t c0 = first[i], c1 = first[i + 1], r0 = first_row[i], r1 = first_row[i + 1];
-    if ((c1 - c0) + (r1 - r0) <= most) {
-      out.first[2 * i] = c0, out.first[2 * i + 1] = c1;
-      out.first_row[2 * i] = r0, out.first_row[2 * i + 1] = r1;
-      continue;
-    }
-    const auto begin = static_cast<std::uint32_t>(out.parts.size() / 4);
-    for (std::uint32_t e = c0; e < c1; e += most)
-      out.parts.insert(out.parts.end(), {e, std::min(e + most, c1), 0, 0});
-    for (std::uint32_t e = r0; e < r1; e += most)
-      out.parts.insert(out.parts.end(), {0, 0, e, std::min(e + most, r1)});
-    out.large.insert(out.large.end(), {static_cast<std::uint32_t>(i), begin,
-                                       static_cast<std::uint32_t>(out.parts.size() / 4)});
-  }
+void prefetch(const Contact& contact) {
+  for (std::size_t at = 0; at <= bytes_of_contact; at += 64)
+    __builtin_prefetch(reinterpret_cast<const char*>(&contact) + at);
+}
+
+bool equal(const std::vector<ContactGraph::Link>& a, const std::vector<ContactGraph::Link>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& x, const auto& y) { return x.a == y.a && x.b == y.b; });
 }
 
 }  // namespace
@@ -221,29 +90,243 @@ bool DeviceLayout::fits(const Problem& problem) {
   return ContactIterate::fits(problem) && !std::get<ContactSystem>(problem.A).constrained;
 }
 
-DeviceLayout::DeviceLayout(const Problem& problem)
-    : contacts(problem.K.contacts()), rows(problem.rows() - 3 * contacts) {
+DeviceLayout::DeviceLayout(const Problem& problem, unsigned threads, HostMemory memory)
+    : memory_(std::move(memory)) {
+  fill(problem, threads);
+}
+
+void DeviceLayout::fill(const Problem& problem, unsigned threads) {
   const auto& A = std::get<ContactSystem>(problem.A);
-  const Places places = places_of(A, problem.graph, contacts, bodies);
+  threads_ = automatic_threads(threads, parts_of(problem.K.blocks()));
+  PoolLease pool(threads_);
+  const bool moved = find_places(problem, *pool);
+  contact.resize((stored ? 8 : 14) * stride, memory_);
+  row.resize(4 * row_stride, memory_);
+  jacobian.resize(12 * jacobian_stride(), memory_);
+  mass.resize(7 * line_stride, memory_);
+  b.resize(size(), memory_);
+  x.resize(size(), memory_);
+  if (moved) {
+    make_lists(*pool);
+    cut_long_lists();
+  }
+  for (HostArray<std::uint32_t>* array :
+       {&line, &first, &contact_list, &first_row, &row_list, &parts, &large})
+    array->changed = moved;
+  fill_contacts(problem, *pool);
+  fill_rows(problem, *pool);
+  fill_masses(A.bodies, *pool);
+  to_passes(problem.b, false, b, *pool);
+}
+
+// Places
+// ------------------------------------------------------------------------------------------------------
+
+bool DeviceLayout::find_places(const Problem& problem, ThreadPool& pool) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const ContactGraph& graph = problem.graph;
+  const std::size_t n = problem.K.contacts(), m = problem.rows() - 3 * n;
+  const std::vector<bool> is_hub = find_hubs(A.bodies.size(), graph.links, n);
+  BodyOrder order = order_bodies(A, graph, is_hub, pool);
+  const bool as_before = n == contacts && m == rows && stored == A.contacts.empty() &&
+                         line_of_.size() == A.bodies.size() && order.moving == moving_ &&
+                         equal(graph.links, links_);
+  if (as_before) return false;
+  contacts = n;
+  rows = m;
+  bodies = order.moving.size();
   stored = A.contacts.empty();
   stride = padded(contacts);
   row_stride = padded(rows);
   line_stride = padded(bodies + 1);
-  contact_of.resize(contacts);
-  row_of.resize(rows);
-  contact.resize((stored ? 8 : 14) * stride);
-  row.resize(4 * row_stride);
-  line.resize(2 * stride + 2 * row_stride);
-  jacobian.resize(12 * jacobian_stride());
-  mass.resize(7 * line_stride);
-  fill_contacts(problem, A, places, *this);
-  fill_rows(problem, A, places, *this);
-  fill_masses(A.bodies, places, *this);
-  contact_list = make_lists(contact_entries(*this), bodies + 1, first);
-  row_list = make_lists(row_entries(*this), bodies + 1, first_row);
-  fill_list_numbers(*this);
-  cut_long_lists(*this);
+  links_ = graph.links;
+  key_.resize(links_.size());
+  in_parts(pool, links_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) key_[k] = sort_rank(links_[k], order, is_hub);
+  });
+  const auto sort = [&](std::size_t from, std::size_t count, std::vector<Index>& of) {
+    of.resize(count);
+    sort_by_key(
+        pool, count, bodies + 1, [&](std::size_t e) { return key_[from + e]; },
+        [](std::size_t e) { return static_cast<std::uint32_t>(e); },
+        [&](std::size_t) { return reinterpret_cast<std::uint32_t*>(of.data()); }, starts_, place_);
+  };
+  sort(0, contacts, contact_of);
+  sort(contacts, rows, row_of);
+  line_of_.assign(A.bodies.size(), 0);
+  moving_ = std::move(order.moving);
+  for (std::size_t i = 0; i < bodies; ++i) line_of_[moving_[i]] = static_cast<std::uint32_t>(i + 1);
+  return true;
 }
+
+// Lists
+// -------------------------------------------------------------------------------------------------------
+
+// The lines of all places, and the lists by line. Line 0 has no list.
+void DeviceLayout::make_lists(ThreadPool& pool) {
+  line.resize(2 * stride + 2 * row_stride, memory_);
+  const auto line_at = [&](Index body) { return body < 0 ? 0 : line_of_[body]; };
+  const auto write = [&](std::size_t n, const std::vector<Index>& of, std::size_t ahead, std::size_t at,
+                         std::size_t apart) {
+    in_parts(pool, apart, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const ContactGraph::Link link =
+            i < n ? links_[ahead + static_cast<std::size_t>(of[i])] : ContactGraph::Link{-1, -1};
+        line[at + i] = line_at(link.a);
+        line[at + apart + i] = line_at(link.b);
+      }
+    });
+  };
+  write(contacts, contact_of, 0, 0, stride);
+  write(rows, row_of, contacts, 2 * stride, row_stride);
+  const auto key_of = [&](std::size_t at) { return line[at] == 0 ? no_key : line[at]; };
+  // Contacts with arms: entry 2 c + side.
+  sort_by_key(
+      pool, stored ? 0 : 2 * contacts, bodies + 1,
+      [&](std::size_t e) { return key_of(e % 2 * stride + e / 2); },
+      [](std::size_t e) { return static_cast<std::uint32_t>(e); },
+      [&](std::size_t n) { return contact_list.resize(n, memory_), contact_list.data(); }, starts_, place_);
+  // Rows of D: those of stored contacts, three each, then the single rows; entry 2 place + side.
+  const std::size_t of_contacts = stored ? 6 * contacts : 0;
+  sort_by_key(
+      pool, of_contacts + 2 * rows, bodies + 1,
+      [&](std::size_t e) {
+        return e < of_contacts ? key_of(e % 2 * stride + e / 6)
+                               : key_of(2 * stride + e % 2 * row_stride + (e - of_contacts) / 2);
+      },
+      [&](std::size_t e) {
+        const std::size_t component =
+            e < of_contacts ? e / 2 % 3 * stride + e / 6 : 3 * stride + (e - of_contacts) / 2;
+        return static_cast<std::uint32_t>(2 * component + e % 2);
+      },
+      [&](std::size_t n) { return row_list.resize(n, memory_), row_list.data(); }, row_starts_, place_);
+}
+
+// Long lists are divided into parts, and their bodies get empty lists.
+void DeviceLayout::cut_long_lists() {
+  const std::size_t lines = bodies + 1;
+  constexpr auto most = static_cast<std::uint32_t>(most_entries);
+  std::vector<std::uint32_t> cut, long_ones;
+  first.resize(2 * lines, memory_);
+  first_row.resize(2 * lines, memory_);
+  for (std::size_t i = 0; i < lines; ++i) {
+    const std::uint32_t c0 = starts_[i], c1 = starts_[i + 1], r0 = row_starts_[i], r1 = row_starts_[i + 1];
+    const bool is_short = (c1 - c0) + (r1 - r0) <= most;
+    first[2 * i] = is_short ? c0 : 0, first[2 * i + 1] = is_short ? c1 : 0;
+    first_row[2 * i] = is_short ? r0 : 0, first_row[2 * i + 1] = is_short ? r1 : 0;
+    if (is_short) continue;
+    const auto begin = static_cast<std::uint32_t>(cut.size() / 4);
+    for (std::uint32_t e = c0; e < c1; e += most) cut.insert(cut.end(), {e, std::min(e + most, c1), 0, 0});
+    for (std::uint32_t e = r0; e < r1; e += most) cut.insert(cut.end(), {0, 0, e, std::min(e + most, r1)});
+    long_ones.insert(long_ones.end(),
+                     {static_cast<std::uint32_t>(i), begin, static_cast<std::uint32_t>(cut.size() / 4)});
+  }
+  parts.resize(cut.size(), memory_);
+  large.resize(long_ones.size(), memory_);
+  std::copy(cut.begin(), cut.end(), parts.data());
+  std::copy(long_ones.begin(), long_ones.end(), large.data());
+}
+
+// Numbers
+// -----------------------------------------------------------------------------------------------------
+
+// Contacts of files have no arms: their normal is the first axis of their own frame, as in ContactIterate.
+void DeviceLayout::fill_contacts(const Problem& problem, ThreadPool& pool) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::vector<Friction>& cones = problem.K.all<Friction>();
+  // Where contacts are rows, a block at a time does not know its diagonal.
+  const std::vector<BlockMetric> metrics = stored ? block_metrics(problem) : std::vector<BlockMetric>();
+  std::atomic<bool> any_compliance{false};
+  in_parts(pool, contacts, [&](std::size_t begin, std::size_t end) {
+    Writer put(contact);
+    bool has_compliance = false;
+    for (std::size_t c = begin; c < end; ++c) {
+      const auto index = static_cast<std::size_t>(contact_of[c]);
+      if (!stored && c + contacts_ahead < end)
+        prefetch(A.contacts[static_cast<std::size_t>(contact_of[c + contacts_ahead])]);
+      const auto put_vector = [&](int field, const Vec3& v) {
+        for (int k = 0; k < 3; ++k) put(static_cast<std::size_t>(field + k) * stride + c, v[k]);
+      };
+      BlockMetric metric;
+      if (stored) {
+        put_vector(normal, {1, 0, 0});
+        metric = metrics[index];
+      } else {
+        put_vector(normal, A.contacts[index].normal);
+        put_vector(arm_a, A.contacts[index].r_a);
+        put_vector(arm_b, A.contacts[index].r_b);
+        double d[3];
+        contact_diagonal(A, index, d);
+        metric = friction_metric(d, problem.P[index]);
+      }
+      const double E = compliance_of(A, index);
+      has_compliance |= E != 0;
+      put(mu * stride + c, std::min(cones[index].mu, largest_mu));
+      put(p * stride + c, problem.P[index]);
+      put(aspect * stride + c, metric.aspect);
+      put(p_t * stride + c, metric.tangent);
+      put(compliance * stride + c, E);
+    }
+    if (has_compliance) any_compliance.store(true, std::memory_order_relaxed);
+  });
+  compliant = any_compliance;
+  fill_padding(contact, stored ? 8 : 14, contacts, stride);
+}
+
+// Single rows, and the three rows of every stored contact, which precede the single ones in D as in x.
+void DeviceLayout::fill_rows(const Problem& problem, ThreadPool& pool) {
+  const auto& A = std::get<ContactSystem>(problem.A);
+  const std::vector<Interval> bounds = row_bounds(problem.K);
+  const std::size_t ahead = stored ? 3 * stride : 0, apart = jacobian_stride();
+  const auto put_row = [apart](Writer& put, const JacobianRow& from, std::size_t place) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      put(k * apart + place, from.a[k]);
+      put((6 + k) * apart + place, from.b[k]);
+    }
+  };
+  in_parts(pool, rows, [&](std::size_t begin, std::size_t end) {
+    Writer put(row), put_in_D(jacobian);
+    for (std::size_t r = begin; r < end; ++r) {
+      const auto index = static_cast<std::size_t>(row_of[r]);
+      const std::size_t at = index + (stored ? 3 * contacts : 0);
+      put(row_p * row_stride + r, problem.P[contacts + index]);
+      put(low * row_stride + r, bounds[index].lo);
+      put(high * row_stride + r, bounds[index].hi);
+      put(row_compliance * row_stride + r, A.compliance[at]);
+      put_row(put_in_D, A.jacobian[at], ahead + r);
+    }
+  });
+  fill_padding(row, 4, rows, row_stride);
+  const auto pad_rows = [&](std::size_t from, std::size_t to) {
+    Writer put(jacobian);
+    for (std::size_t place = from; place < to; ++place) put_row(put, {-1, -1, {}, {}}, place);
+  };
+  pad_rows(ahead + rows, ahead + row_stride);
+  if (!stored) return;
+  in_parts(pool, contacts, [&](std::size_t begin, std::size_t end) {
+    Writer put(jacobian);
+    for (std::size_t c = begin; c < end; ++c)
+      for (std::size_t k = 0; k < 3; ++k)
+        put_row(put, A.jacobian[3 * static_cast<std::size_t>(contact_of[c]) + k], k * stride + c);
+  });
+  for (std::size_t k = 0; k < 3; ++k) pad_rows(k * stride + contacts, (k + 1) * stride);
+}
+
+void DeviceLayout::fill_masses(const Bodies& all, ThreadPool& pool) {
+  in_parts(pool, line_stride, [&](std::size_t begin, std::size_t end) {
+    Writer put(mass);
+    for (std::size_t at = begin; at < end; ++at) {
+      const bool moves = at >= 1 && at <= bodies;  // line 0 is the world, and some pad the last ones
+      const std::size_t body = moves ? moving_[at - 1] : 0;
+      put(at, moves ? all.inverse_mass[body] : 0);
+      for (std::size_t k = 0; k < 6; ++k)
+        put((1 + k) * line_stride + at, moves ? all.inverse_inertia[body][k] : 0);
+    }
+  });
+}
+
+// Vectors
+// -----------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -255,41 +338,48 @@ ContactBasis basis(const Layout& layout, std::size_t c) {
 
 }  // namespace
 
-std::vector<double> DeviceLayout::projected(std::span<const double> x0) const {
-  std::vector<double> x(3 * contacts + rows);
-  std::copy(x0.begin(), x0.end(), x.begin());
-  for (std::size_t c = 0; c < contacts; ++c) {
-    double* own = &x[3 * static_cast<std::size_t>(contact_of[c])];
-    Friction{contact[mu * stride + c]}.project(own, own);
-  }
-  for (std::size_t r = 0; r < rows; ++r) {
-    double* own = &x[3 * contacts + static_cast<std::size_t>(row_of[r])];
-    Interval{row[low * row_stride + r], row[high * row_stride + r]}.project(own, own);
-  }
-  return x;
+void DeviceLayout::start(std::span<const double> x0) {
+  PoolLease pool(threads_);
+  to_passes(x0, true, x, *pool);
 }
 
-std::vector<double> DeviceLayout::to_passes(std::span<const double> user) const {
-  std::vector<double> held(size());
-  for (std::size_t c = 0; c < contacts; ++c) {
-    const double* own = &user[3 * static_cast<std::size_t>(contact_of[c])];
-    const Vec3 v = stored ? Vec3{own[0], own[1], own[2]} : basis(*this, c).to_world(own);
-    for (int k = 0; k < 3; ++k) held[static_cast<std::size_t>(k) * stride + c] = v[k];
+void DeviceLayout::to_passes(std::span<const double> user, bool project, HostArray<double>& out,
+                             ThreadPool& pool) {
+  const auto at = [&](std::size_t i) { return user.empty() ? 0 : user[i]; };
+  in_parts(pool, stride, [&](std::size_t begin, std::size_t end) {
+    Writer put(out);
+    for (std::size_t c = begin; c < end; ++c) {
+      Vec3 v;
+      if (c < contacts) {
+        const std::size_t from = 3 * static_cast<std::size_t>(contact_of[c]);
+        double own[3] = {at(from), at(from + 1), at(from + 2)};
+        if (project) Friction{contact[mu * stride + c]}.project(own, own);
+        v = stored ? Vec3{own[0], own[1], own[2]} : basis(*this, c).to_world(own);
+      }
+      for (int k = 0; k < 3; ++k) put(static_cast<std::size_t>(k) * stride + c, v[k]);
+    }
+  });
+  Writer put(out);
+  for (std::size_t r = 0; r < row_stride; ++r) {
+    double own = r < rows ? at(3 * contacts + static_cast<std::size_t>(row_of[r])) : 0;
+    if (project && r < rows)
+      Interval{row[low * row_stride + r], row[high * row_stride + r]}.project(&own, &own);
+    put(3 * stride + r, own);
   }
-  for (std::size_t r = 0; r < rows; ++r)
-    held[3 * stride + r] = user[3 * contacts + static_cast<std::size_t>(row_of[r])];
-  return held;
 }
 
 void DeviceLayout::to_user(std::span<const double> held, std::span<double> user) const {
-  for (std::size_t c = 0; c < contacts; ++c) {
-    double* own = &user[3 * static_cast<std::size_t>(contact_of[c])];
-    const Vec3 v{held[c], held[stride + c], held[2 * stride + c]};
-    if (stored)
-      for (int k = 0; k < 3; ++k) own[k] = v[k];
-    else
-      basis(*this, c).to_contact(v, own);
-  }
+  PoolLease pool(threads_);
+  in_parts(*pool, contacts, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      double* own = &user[3 * static_cast<std::size_t>(contact_of[c])];
+      const Vec3 v{held[c], held[stride + c], held[2 * stride + c]};
+      if (stored)
+        for (int k = 0; k < 3; ++k) own[k] = v[k];
+      else
+        basis(*this, c).to_contact(v, own);
+    }
+  });
   for (std::size_t r = 0; r < rows; ++r)
     user[3 * contacts + static_cast<std::size_t>(row_of[r])] = held[3 * stride + r];
 }

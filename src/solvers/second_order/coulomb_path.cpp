@@ -96,7 +96,7 @@ class CoulombPath : public VectorIterate {
     monitor.products += products_of_step;
     stale_ = monitor.improved() || curve_.t() > second_order::policy.near_the_end ? 0 : stale_ + 1;
     if (stale_ == second_order::policy.most_stale || !curve_.step() ||
-        curve_.t() < second_order::policy.end_of_curve)
+        curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
       return std::nullopt;
     return evaluate_iterate();
   }

@@ -181,7 +181,7 @@ double InteriorPoint::gap(double t) {
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual jumps, or the step collapses.
   if (map_ / scale_ >
-      second_order::policy.lost_path * std::max(monitor.best(), second_order::policy.path_floor))
+      second_order::policy.lost_path * std::max(monitor.best(), second_order::policy.rounding))
     return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
   factor();

@@ -210,7 +210,7 @@ class Newton : public VectorIterate {
 
   std::optional<double> step() {
     const double sigma = std::clamp(second_order::policy.proximal * map_ / scale_,
-                                    second_order::policy.least_proximal, second_order::policy.most_proximal);
+                                    second_order::policy.rounding, second_order::policy.most_proximal);
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())
       burst_ = second_order::policy.shortest_burst;

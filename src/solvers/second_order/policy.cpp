@@ -11,18 +11,16 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named =
     name_policy("second_order", {{"fraction", &policy.fraction},
                                  {"lost_path", &policy.lost_path},
-                                 {"path_floor", &policy.path_floor},
+                                 {"rounding", &policy.rounding},
                                  {"shortest_step", &policy.shortest_step},
                                  {"start_margin", &policy.start_margin},
                                  {"near_the_end", &policy.near_the_end},
                                  {"most_stale", &policy.most_stale},
-                                 {"end_of_curve", &policy.end_of_curve},
                                  {"shortest_burst", &policy.shortest_burst},
                                  {"longest_burst", &policy.longest_burst},
                                  {"halvings", &policy.halvings},
                                  {"sufficient", &policy.sufficient},
                                  {"proximal", &policy.proximal},
-                                 {"least_proximal", &policy.least_proximal},
                                  {"most_proximal", &policy.most_proximal},
                                  {"krylov_precision", &policy.krylov_precision}});
 

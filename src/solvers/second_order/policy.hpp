@@ -6,6 +6,10 @@
 namespace amontons::second_order {
 
 struct Policy {
+  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
+  // proximal term of this size keeps the pivots of a singular A.
+  double rounding = 1e-12;
+
   // Interior point.
 
   // Step (relative to the distance to the boundary): on the boundary the scaling does not exist, and a step
@@ -14,8 +18,6 @@ struct Policy {
   // Growth of the residual (ratio to the best one): ends the path. While it converges the residual may rise
   // for a few steps. At the end W is all rounding, and the residual rises by many powers of ten.
   double lost_path = 1e4;
-  // Residual (relative): least reference of that growth, because a smaller best residual is rounding.
-  double path_floor = 1e-12;
   // Step (relative): a shorter one comes from an iterate squeezed against the boundary, as later ones would.
   double shortest_step = 1e-4;
   // Eigenvalue (units of the block): a starting point with a smaller one is pushed inside.
@@ -28,8 +30,6 @@ struct Policy {
   double near_the_end = 1e-8;
   // Steps (count): without a better residual there; the path then ends.
   std::size_t most_stale = 6;
-  // Curve parameter (units of t): the path ends, as sqrt(t) is rounding.
-  double end_of_curve = 1e-25;
 
   // Newton's method.
 
@@ -46,8 +46,6 @@ struct Policy {
   // Proximal term (relative to the residual): it vanishes with the residual, so that steps become Newton
   // steps.
   double proximal = 1e-3;
-  // Proximal term (relative): keeps the pivots of a singular A above rounding.
-  double least_proximal = 1e-12;
   // Proximal term (relative): a larger one would shorten the steps far from the solution.
   double most_proximal = 1e-6;
   // Residual (relative to the start of GMRES): where it stops; a step of three correct digits reduces that of

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from amontons import cli, scenes
 from amontons.simulation.step_report import REPORTS
+from PIL import Image
 from typer.testing import CliRunner
 from waiting import LONGEST, until
 
@@ -307,3 +308,36 @@ def test_all_kinds_of_models(tmp_path):
     from amontons.io.models import KNOWN
 
     assert set(MODELS) == set(KNOWN)
+
+
+# Breaks when --count is no parameter of the scene, or a film is not that of the run.
+def test_a_film_of_so_many_grains(tmp_path):
+    film, record = tmp_path / "pile.gif", tmp_path / "pile.h5"
+    words = ["run", "pile", "--count", "12", "--duration", "0.2", "--tolerance", "1e-3", "--film", film]
+    result = run(*words)
+    assert result.exit_code == 0, result.stderr
+    assert film.read_bytes().startswith(b"GIF")
+    assert list(tmp_path.iterdir()) == [film]  # what the film was made of is gone
+    with Image.open(film) as image:
+        assert image.n_frames == 6  # 0.2 s, 25 pictures a second
+    result = run(*words, "--record", record, "--record-every", "20")
+    assert result.exit_code == 0, result.stderr
+    with amontons.read_recording(record) as recording:
+        assert len(recording) == 3
+        assert sum(body.motion == "dynamic" for body in recording.model.bodies) == 12
+
+
+# Breaks when a film that cannot be drawn, or a count that nothing has, is only found after the run.
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run", "pile", "--film", "a.avi"], "--film a.avi: give a name that ends in .gif, .webp or .mp4"),
+        (["run", "pile", "--film", "gone/a.gif"], "the folder gone does not exist"),
+        (["run", "stack", "--count", "3"], "scene 'stack' has the parameters"),
+        (["run", "model.xml", "--count", "3"], "model.xml: --count is for scenes"),
+    ],
+)
+def test_films_and_counts_that_are_refused(words, said):
+    result = run(*words)
+    assert result.exit_code == 2
+    assert said in result.stderr

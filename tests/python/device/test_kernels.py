@@ -12,7 +12,7 @@ from functools import cache
 import amontons
 import numpy as np
 import pytest
-from amontons.device import backend, cuda
+from amontons.device import backend, cuda, found
 from amontons.device.backend import Memory
 from amontons.device.found import source_on
 from amontons.device.methods import CHUNK, DeviceMethod
@@ -137,12 +137,16 @@ class Host:
     """The kernels as CUDA C++ has them, by the compiler of the processor: groups of one item, one by one."""
 
     device = backend.Device("host", "host", "cpu", "", 1 << 40, True)
+    lost = False
 
     def __init__(self, library):
         self.library = library
 
     def allocate(self, nbytes):
         return np.full(nbytes, 255, np.uint8)  # not a number where nothing was written
+
+    def host_memory(self, nbytes):
+        return np.full(nbytes, 255, np.uint8)
 
     def upload(self, buffer, values, begin=0):
         buffer[values.itemsize * begin :][: values.nbytes] = values.reshape(-1).view(np.uint8)
@@ -228,6 +232,10 @@ class FakeStream:
         return types.SimpleNamespace(launch=lambda stream, held=self.captured: [run() for run in held])
 
 
+class CardError(RuntimeError):
+    pass
+
+
 def fake_cupy(host):
     """A CuPy with one device, whose kernels the processor runs, launch by launch."""
 
@@ -243,6 +251,7 @@ def fake_cupy(host):
         return launch
 
     runtime = types.SimpleNamespace(
+        CUDARuntimeError=CardError,
         getDeviceProperties=lambda index: {"name": b"fake", "totalGlobalMem": 1 << 40},
         driverGetVersion=lambda: 12040,
     )
@@ -250,7 +259,9 @@ def fake_cupy(host):
     return types.SimpleNamespace(
         cuda=types.SimpleNamespace(
             runtime=runtime, Device=lambda index: nullcontext(), Stream=FakeStream,
+            alloc_pinned_memory=lambda nbytes: bytearray(b"\xff" * nbytes),
             memory=types.SimpleNamespace(OutOfMemoryError=MemoryError),
+            driver=types.SimpleNamespace(CUDADriverError=CardError),
         ),
         RawModule=lambda code, options: module,
         empty=lambda nbytes, dtype: np.full(nbytes, 255, dtype).view(FakeArray),
@@ -368,3 +379,172 @@ def test_threads_share_a_device():
         together = list(pool.map(lambda name: problems()[name].solve(**options).x, names))
     for name, x in zip(names, together, strict=True):
         np.testing.assert_array_equal(x, alone[name])
+
+
+def sent(memory, backend, problem):
+    """Bytes that a solve of ten iterations uploads, and its x; the memory is that of the solve before."""
+    begun = memory.sent
+    made = DeviceMethod(problem._core, amontons._core.Law.coulomb, backend, memory)
+    made.start("apgd", np.zeros(problem.rows), {"scale": 1, "relaxation": 0.9, "theta": 1, "l": 1.0})
+    made.advance(10)
+    return memory.sent - begun, made.extract()
+
+
+# Breaks when a solve sends arrays that the device has already, or does not send one that differs: the bits
+# are those of a solve in new memory.
+def test_only_what_changed_is_sent(opened):
+    memory, pile = Memory(opened[64]), problems()["pile"]
+    pile = amontons.vi.Problem(pile.A, pile.b, pile.cones)
+    first, x = sent(memory, opened[64], pile)
+    vector = 8 * 3 * -(-pile.contacts // 32) * 32
+    again, same = sent(memory, opened[64], pile)
+    assert vector < again < vector + 4096 < first  # x, and the scalars of the method
+    np.testing.assert_array_equal(same, x)
+    pushed = amontons.vi.Problem(pile.A, 1.1 * pile.b, pile.cones)
+    with_b, moved = sent(memory, opened[64], pushed)
+    assert with_b == again + vector
+    np.testing.assert_array_equal(moved, sent(Memory(opened[64]), opened[64], pushed)[1])
+    for name in ("wall", "drum", "rows", "pile"):
+        _, x = sent(memory, opened[64], problems()[name])
+        np.testing.assert_array_equal(x, sent(Memory(opened[64]), opened[64], problems()[name])[1])
+
+
+class Failing:
+    """A backend whose next call of one function raises what it is told."""
+
+    def __init__(self, held):
+        self.held, self.fault, self.calls = held, None, 0
+
+    def __getattr__(self, name):
+        def call(*arguments):
+            if self.fault and self.fault[0] == name:
+                self.calls -= 1
+                if self.calls < 0:
+                    fault, self.fault = self.fault[1], None
+                    raise fault
+            return getattr(self.held, name)(*arguments)
+
+        found = getattr(self.held, name)
+        return call if callable(found) else found
+
+
+# Breaks when a device that fails while arrays are on their way leaves some of them taken for sent.
+def test_an_upload_that_fails(opened):
+    failing = Failing(opened[64])
+    memory, wall, pile = Memory(failing), problems()["wall"], problems()["pile"]
+    _, x = sent(memory, failing, wall)
+    for calls in range(0, 10, 3):
+        sent(memory, failing, pile)
+        failing.fault, failing.calls = ("upload", amontons.InputError("the cable is out")), calls
+        with pytest.raises(amontons.InputError, match="the cable is out"):
+            sent(memory, failing, wall)
+        np.testing.assert_array_equal(sent(memory, failing, wall)[1], x)
+
+
+def pile_on(name):
+    """Spheres in motion that a device solves, and the arrays of its state."""
+    sim = amontons.Simulation(
+        amontons.scenes.make("spheres_in_box", count=40), device=name, device_contacts=1, method="apgd",
+        tolerance=1e-4, on_failure="ignore",
+    )  # fmt: skip
+    sim.run(0.15)
+    return sim
+
+
+def held(sim):
+    state = sim.state
+    return [np.array(x) for x in (state.positions, state.orientations, state.linear_velocities, sim.time)]
+
+
+def check_put_back(sim, said):
+    """The next step fails with these words, and changes nothing."""
+    before = held(sim)
+    with pytest.raises(amontons.InputError, match=said):
+        sim.step()
+    for own, then in zip(held(sim), before, strict=True):
+        np.testing.assert_array_equal(own, then)
+
+
+# Breaks when a device that fails, in any call of its driver, comes out as an exception of its package, or
+# leaves the state between two steps; when the same device is not opened anew, or the simulation cannot go on
+# without it.
+@pytest.mark.parametrize("call", ["launch", "upload", "download"])
+def test_a_device_that_is_lost(monkeypatch, call):
+    cl = pytest.importorskip("pyopencl")
+    monkeypatch.setattr(found, "_opened", {})
+    sim = pile_on(pocl().name)
+    opened = found.open_device(pocl())
+    other = sim.copy()
+
+    def fails(*_, **__):
+        raise cl.RuntimeError("out of resources")
+
+    with monkeypatch.context() as patch:
+        if call == "launch":
+            patch.setitem(opened._kernels, "decide_beta", fails)
+        else:
+            copied = cl.enqueue_copy
+
+            def copy(queue, to, source, **options):
+                fails() if isinstance(to, np.ndarray) == (call == "download") else None
+                return copied(queue, to, source, **options)
+
+            patch.setattr(cl, "enqueue_copy", copy)
+        check_put_back(sim, f'device "{pocl().name}".*failed: .*out of resources.*device="cpu"')
+    assert opened.lost
+    assert found.open_device(pocl()) is not opened
+    for now in (sim, other):
+        assert now.step().advanced
+    np.testing.assert_array_equal(sim.state.positions, other.state.positions)
+    sim.change_options(device="cpu")
+    assert sim.step().advanced
+
+
+# Breaks when a device that has no room left in the middle of a run leaves the state between two steps.
+def test_a_device_that_is_full(monkeypatch):
+    monkeypatch.setattr(found, "_opened", {})
+    sim = pile_on(pocl().name)
+    opened = found.open_device(pocl())
+    small = backend.Device(pocl().name, "Small card", "cpu", "", 1000, True)
+    copied = sim.copy()  # takes buffers of its own
+    with monkeypatch.context() as patch:
+        patch.setattr(opened, "device", small)
+        patch.setattr(Memory, "buffer", lambda self, name, nbytes: grown(self, name, nbytes))
+        check_put_back(copied, "Small card.*has 1e-06 GB of memory")
+    assert copied.step().advanced
+
+
+def grown(memory, name, nbytes):
+    """Each buffer as if it were too short."""
+    memory._buffers.clear()
+    return BUFFER(memory, name, 1000 + nbytes)
+
+
+BUFFER = Memory.buffer
+
+
+# Breaks when a card of NVIDIA that fails comes out as an exception of CuPy.
+def test_a_card_that_is_lost(host, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cupy", fake_cupy(host))
+    card = cuda.Cuda(0)
+    made = method_on(card, "pile")
+
+    def fails(*_):
+        raise CardError("cudaErrorIllegalAddress")
+
+    monkeypatch.setitem(card._kernels, "refresh", fails)
+    with pytest.raises(
+        amontons.InputError, match=r'device "cuda:0" \(fake\) failed: cudaErrorIllegalAddress'
+    ):
+        made.start("apgd", np.zeros(problems()["pile"].rows), {"scale": 1})
+    assert card.lost
+
+
+# Breaks when a state that is no number reaches a device.
+def test_a_damaged_state(monkeypatch):
+    sim = pile_on(pocl().name)
+    was = np.array(sim.state.positions[3])
+    sim.state.positions[3] = np.nan
+    check_put_back(sim, "finite|number|nan")
+    sim.state.positions[3] = was
+    assert sim.step().advanced

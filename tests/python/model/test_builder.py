@@ -468,6 +468,8 @@ def test_wrong_model(body, message):
             lambda: Motor("torque"),
             "'torque' (here it is called 'effort'); known are none, effort, velocity, position",
         ),
+        (lambda: ModelBuilder(trees="reduced"), "'reduced' (here it is called 'auto'); known are none, auto"),
+        (lambda: ModelBuilder().add_body("a", motion="static"), "'static' (here it is called 'fixed')"),
         (lambda: ModelBuilder(friction_rule="product"), "geometric_mean, maximum, minimum, mean"),
         (lambda: ModelBuilder(gravity=9.81), "3 numbers"),
     ],

@@ -139,9 +139,9 @@ def test_de_saxce_term(kind):
     for rows, cone, i in blocks(problem):
         if cone.kind not in list(CONES)[:3]:
             expected[rows.start] = term(cone, i, u[rows])
-    assert np.allclose(problem.saxce(u), expected)
-    assert not problem.saxce(u, law="associated").any()
-    assert not random_problem([CONES[kind]], law="associated")[0].saxce(u).any()
+    assert np.allclose(problem.de_saxce(u), expected)
+    assert not problem.de_saxce(u, law="associated").any()
+    assert not random_problem([CONES[kind]], law="associated")[0].de_saxce(u).any()
 
 
 # Breaks when the map, its norm and the residual are not of one formula, for all cones in one problem.
@@ -151,7 +151,9 @@ def test_natural_map(law):
     x = rng.normal(size=problem.rows) * lengths(problem)
     u = problem.A @ x + problem.b
     r = problem.natural_map(x)
-    assert np.allclose(r, x - problem.project(x - (u + problem.saxce(u)) / problem.P), rtol=1e-9, atol=1e-12)
+    assert np.allclose(
+        r, x - problem.project(x - (u + problem.de_saxce(u)) / problem.P), rtol=1e-9, atol=1e-12
+    )
     zero = problem.natural_map(np.zeros(problem.rows))
     assert problem.residual(x) == pytest.approx(np.sqrt(problem.P @ r**2 / (problem.P @ zero**2)), rel=1e-12)
     other = {"coulomb": "associated", "associated": "coulomb"}[law]
@@ -162,8 +164,17 @@ def test_natural_map(law):
     assert problem.natural_map(inside)[0] == pytest.approx((problem.A @ inside + problem.b)[0] / problem.P[0])
 
 
+# Breaks when the name of earlier versions is only missing.
+def test_name_that_changed():
+    problem, _ = random_problem([CONES["rolling"]])
+    with pytest.raises(AttributeError, match=r"^problem.saxce is now problem.de_saxce$"):
+        problem.saxce  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'natural_mop' \(did you mean 'natural_map'\?\)"):
+        problem.natural_mop  # noqa: B018
+
+
 # Breaks when arrays of another length or kind come through, or a result can be written.
-@pytest.mark.parametrize("name", ["project", "saxce", "natural_map"])
+@pytest.mark.parametrize("name", ["project", "de_saxce", "natural_map"])
 def test_bad_arguments(name):
     problem, _ = random_problem([CONES["rolling"]])
     with pytest.raises(amontons.InputError, match="has 3 entries but the problem has 10 rows"):

@@ -61,16 +61,6 @@ def test_size(shape, area, depth):
     assert depths.max() == pytest.approx(depth, rel=0.05)
 
 
-# Breaks when what is behind covers what is in front, whatever is drawn first.
-@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_nearer_covers_farther(order):
-    near, far = (shapes.Box((0.1, 0.1, 0.1)), (1.0, 0.0, 0.0)), (shapes.Sphere(1.0), (-1.0, 0.0, 0.0))
-    labels, _, picture = drawn(*((near, far)[k] for k in order))
-    assert picture.balls.centres[labels[200, 200], 0] == pytest.approx(1.0)
-    assert (labels == labels[200, 200]).sum() == 400
-    assert (labels >= 0).sum() > 31000  # the ball around it
-
-
 # Breaks when a pixel is left out between triangles that share an edge, or counted for one that does not hold
 # its centre: many small and few large triangles of a square show the same, those inside by comparison.
 def test_pixels_are_those_whose_centres_lie_inside():

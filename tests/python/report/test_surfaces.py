@@ -89,3 +89,14 @@ def test_visuals_stand_for_their_bodies():
     assert sorted(int(b.bodies[0]) for b in drawn) == [WORLD, 0, 1]
     (ground,) = [batch for batch in drawn if not batch.moves]
     assert ground.positions.tolist() == [[0, 0, -3]]
+
+
+# Breaks when a picture of a million grains takes more memory than machines have, when one of a few thousand
+# loses its round balls, or when a coarse ball has a hole.
+def test_many_balls_have_few_corners():
+    fine, few = surface_of(shapes.Sphere(1.0)), surface_of(shapes.Sphere(1.0), 7800)
+    np.testing.assert_array_equal(few.triangles, fine.triangles)
+    for count in (20_000, 100_000, 1_000_000):
+        coarse = surface_of(shapes.Sphere(1.0), count)
+        assert count * len(coarse.triangles) <= max(8_000_000, 24 * count)
+        assert 0.5 < signed_volume(coarse.vertices, coarse.triangles) / (4 / 3 * np.pi) < 1

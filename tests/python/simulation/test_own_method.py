@@ -122,7 +122,7 @@ def test_what_it_does_wrong_ends_the_step(method, error, message):
     with pytest.raises(error, match=message) as caught:
         simulation.step()
     if error not in (amontons.InputError,):
-        assert "in a step, which was taken back" in caught.value.__notes__[0]
+        assert "in a step, which was undone" in caught.value.__notes__[0]
     assert np.array_equal(simulation.state.positions, before)
     assert simulation.time == 0
     simulation.change_options(method="auto")

@@ -40,7 +40,7 @@ struct IterateSource {
   std::function<bool(const Problem&)> takes;
   // One of the two makes what a solve needs: passes, or whole iterations. The problem outlives it.
   std::function<std::unique_ptr<AnyIterate>(const Problem&, Law)> make;
-  std::function<std::unique_ptr<AnyMethod>(const Problem&, Law)> make_method;
+  std::function<std::unique_ptr<AnyMethod>(const Problem&, Law, unsigned threads)> make_method;
 };
 
 inline bool on_device(const Problem& problem, const Options& options) {

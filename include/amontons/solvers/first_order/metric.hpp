@@ -19,6 +19,8 @@ struct BlockMetric {
   double operator[](int k) const { return k == 0 ? tangent / (aspect * aspect) : tangent; }
 };
 
+// That of a friction cone of three rows with these entries of diag(A), and with this P.
+BlockMetric friction_metric(const double* diagonal, double P);
 // The metric of every block.
 std::vector<BlockMetric> block_metrics(const Problem& problem);
 
