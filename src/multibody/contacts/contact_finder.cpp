@@ -64,6 +64,8 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
 
 }  // namespace
 
+// Poses do not change between the searches of a step. So the first search places the geoms, and the others
+// only widen the boxes by their own velocities.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
@@ -193,6 +195,9 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
   }
 }
 
+// Pairs are independent of each other. Threads take parts of the list, and the parts are joined in its order:
+// the contacts are those of one thread. The first part writes into `contacts` itself, so that one thread
+// copies nothing.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   foreseen_ = reach.v;
   standing_.begin(reach);

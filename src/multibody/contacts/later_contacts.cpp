@@ -125,6 +125,7 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
   }
 }
 
+// Parts begin and end with a pair, wherever the threads divide the sorted list (for_each_pair).
 const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
                                                           const std::vector<Contact>& contacts) {
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });

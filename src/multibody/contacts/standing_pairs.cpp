@@ -1,3 +1,10 @@
+// A body at rest has the same pose and the same free velocity in each step: gravity and held loads are those
+// of the last one, and the solve has stopped it to the bit. All of its pairs with other bodies at rest, and
+// with the world, then have the contacts of the last search. One that moves has new bits in each step, so
+// that it keeps nothing and costs one comparison.
+//
+// Each search writes the whole list again. A list that is changed in place would have to know which of its
+// pairs have left.
 #include "multibody/contacts/standing_pairs.hpp"
 
 #include <algorithm>
@@ -55,6 +62,8 @@ StandingPairs::Cursor StandingPairs::at(const IndexPair& geoms) const {
   return static_cast<Cursor>(found - kept_.pairs.begin());
 }
 
+// Both lists ascend, so that the cursor only moves forward: all pairs of a search take one pass over those
+// kept.
 const StandingPairs::Kept::Pair* StandingPairs::find(const IndexPair& geoms, Cursor& from) const {
   while (from < kept_.pairs.size() && kept_.pairs[from].geoms < geoms) ++from;
   return from < kept_.pairs.size() && kept_.pairs[from].geoms == geoms ? &kept_.pairs[from] : nullptr;
