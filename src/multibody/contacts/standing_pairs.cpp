@@ -1,7 +1,7 @@
-// A body at rest has the same pose and the same free velocity in each step: gravity and held loads are those
-// of the last one, and the solve has stopped it to the bit. All of its pairs with other bodies at rest, and
-// with the world, then have the contacts of the last search. One that moves has new bits in each step, so
-// that it keeps nothing and costs one comparison.
+// A body at rest has the same pose and the same free velocity in each step. Gravity and held loads are those
+// of the last step, and the solve has stopped the body to the bit. Its pairs with other bodies at rest, and
+// with the world, then have the contacts of the last search. A body that moves has new bits in each step. It
+// keeps nothing and costs one comparison.
 //
 // Each search writes the whole list again. A list that is changed in place would have to know which of its
 // pairs have left.
