@@ -167,7 +167,9 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   auto out = std::make_shared<IterateSource>();
   out->name = std::move(name);
   out->takes = [with_layout, least_contacts](const Problem& problem) {
-    return !with_layout || (problem.K.contacts() >= least_contacts && DeviceLayout::fits(problem));
+    // Where positions are corrected, a contact is the row of its normal.
+    const std::size_t contacts = problem.K.contacts() + problem.K.all<NonNegative>().size();
+    return !with_layout || (contacts >= least_contacts && DeviceLayout::fits(problem));
   };
   const auto made_as = [make = hold(std::move(make))]<class T>(T*, const Problem& problem, auto... rest) {
     nb::gil_scoped_acquire gil;

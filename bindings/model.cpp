@@ -121,6 +121,12 @@ void bind_builder(nb::module_& m) {
       nb::arg("centre").none(), "(mass, centre, inertia) of a new body.");
 }
 
+void bind_forces(nb::module_& m) {
+  bind_fields<Fluid>(m, "Fluid");
+  bind_fields<FluidBox>(m, "FluidBox");
+  bind_fields<Bond>(m, "Bond");
+}
+
 }  // namespace
 
 void bind_model(nb::module_& m) {
@@ -148,8 +154,7 @@ void bind_model(nb::module_& m) {
   bind_fields<Dof>(m, "Dof");
   bind_fields<Joint>(m, "Joint");
   bind_fields<Coupling>(m, "Coupling");
-  bind_fields<Fluid>(m, "Fluid");
-  bind_fields<FluidBox>(m, "FluidBox");
+  bind_forces(m);
   bind_fields<TendonTerm>(m, "TendonTerm");
   bind_fields<PathElement>(m, "PathElement");
   bind_fields<Tendon>(m, "Tendon");

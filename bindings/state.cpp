@@ -99,6 +99,7 @@ nb::dict arrays_of_state(const State& s) {
   d["held_joint_forces"] = to_numpy(s.held_joint_forces);
   d["dof_slips"] = to_numpy(s.dof_slips);
   d["rub_impulses"] = to_numpy(s.rub_impulses);
+  d["bond_openings"] = to_numpy(s.bond_openings);
   d["activations"] = to_numpy(s.activations);
   d["actuator_impulses"] = to_numpy(s.actuator_impulses);
   return d;
@@ -168,6 +169,7 @@ State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t 
     set_entries(s.dof_slips, vector_of(d, "dof_slips"), "dof_slips");
   if (!s.rub_impulses.empty() && d.contains("rub_impulses"))
     set_entries(s.rub_impulses, vector_of(d, "rub_impulses"), "rub_impulses");
+  if (!s.bond_openings.empty()) set_entries(s.bond_openings, vector_of(d, "bond_openings"), "bond_openings");
   validate(model, s);
   return s;
 }

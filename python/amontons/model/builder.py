@@ -8,7 +8,7 @@ from itertools import product
 from typing import Any
 
 from .. import _core
-from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
+from ..checks import Numbers, about, changed, chosen, positive, shown, unit_vector, vector3
 from ..errors import InputError
 from ..guidance import guided
 from .composing import KeyframePart, bottom, whole_keyframe
@@ -22,6 +22,7 @@ from .parts import (
     OWN,
     WORLD,
     Body,
+    Bond,
     Coupling,
     Fluid,
     FluidBox,
@@ -34,7 +35,7 @@ from .parts import (
 from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
-from .transforms import IDENTITY, Transform
+from .transforms import IDENTITY, ORIGIN, Transform, conjugate, rotate
 from .visuals import TriangleMesh, Visual
 
 LONGEST_NAME = 1000
@@ -88,6 +89,7 @@ class ModelBuilder(PartBuilder):
         self._excluded: list[tuple[int, int]] = []
         self._excluded_geoms: list[tuple[int, int]] = []
         self._fluid_boxes: list[FluidBox] = []
+        self._bonds: list[Bond] = []
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
         self._sites: list[Site] = []
@@ -361,6 +363,32 @@ class ModelBuilder(PartBuilder):
         ]
         self._excluded_geoms += product(*on)
 
+    def add_bond(
+        self,
+        body_a: int | str | None,
+        body_b: int | str | None,
+        *,
+        point: Numbers,
+        normal: Numbers,
+        tension: float,
+        opening: float,
+    ) -> int:
+        """Let two bodies hold together at a point as mortar does, until it breaks for good: see `parts.Bond`.
+
+        point, normal: in the world, of the poses that the bodies have now; the normal from B to A (m). None
+        as a body is the world. tension: N. opening: distance of the two sides at which it breaks (m).
+        Returns the index of the bond. The bodies need geoms that touch there: they bear the pull.
+        """
+        a, b = self._place(body_a)[0], self._place(body_b)[0]
+        if a == b:
+            raise InputError("add_bond: a body needs no bond to itself; give two bodies")
+        poses = [ORIGIN if i == WORLD else self._bodies[i].pose for i in (a, b)]
+        place = vector3("add_bond: point", point)
+        axis = rotate(conjugate(poses[1].rotation), unit_vector("add_bond: normal", normal))
+        ends = [pose.inverse()(place) for pose in poses]
+        self._bonds.append(Bond(a, b, *ends, axis, tension, opening))
+        return len(self._bonds) - 1
+
     def add_floor(
         self, *, height: float = 0.0, material: Material | None = None, name: str | None = None
     ) -> int:
@@ -401,6 +429,7 @@ class ModelBuilder(PartBuilder):
             actuators=tuple(self._actuators),
             fluid=self._fluid,
             fluid_boxes=tuple(self._fluid_boxes),
+            bonds=tuple(self._bonds),
             unread=tuple(self._unread),
             sites=tuple(self._sites),
             sensors=tuple(self._sensors),

@@ -14,11 +14,11 @@ from ..checks import changed
 from .drives import Actuator, PathElement, Tendon, Transmission
 from .links import Link
 from .model import Model
-from .parts import OWN, WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
+from .parts import OWN, WORLD, Body, Bond, Coupling, FluidBox, Geom, Joint, PairMaterial
 from .presets import Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
-from .transforms import ORIGIN, Transform, multiply, rotate
+from .transforms import IDENTITY, ORIGIN, Transform, multiply, rotate
 from .visuals import Visual
 
 T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor, Link)
@@ -77,6 +77,7 @@ class Parts:
     excluded: list[tuple[int, int]]
     excluded_geoms: list[tuple[int, int]]
     fluid_boxes: list[FluidBox]
+    bonds: list[Bond]
     tendons: list[Tendon]
     actuators: list[Actuator]
     keyframes: dict[str, KeyframePart]
@@ -234,6 +235,17 @@ class Move:
         )
         return changed(actuator, transmission=moved)
 
+    def bond(self, bond: Bond) -> Bond:
+        a, b = (
+            self.frame(body, Transform(place)).position
+            for body, place in ((bond.body_a, bond.point_a), (bond.body_b, bond.point_b))
+        )
+        turn = self.where[bond.body_b].rotation if bond.body_b in self.where else IDENTITY
+        return changed(
+            bond, body_a=self.index[bond.body_a], body_b=self.index[bond.body_b], point_a=a, point_b=b,
+            normal=rotate(turn, bond.normal),
+        )  # fmt: skip
+
     def pair(self, pair: PairMaterial) -> PairMaterial:
         first = self.before.geoms
         return changed(pair, geom_a=first + pair.geom_a, geom_b=first + pair.geom_b)
@@ -262,6 +274,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
             replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
             for box in model.fluid_boxes
         ],
+        bonds=list(map(move.bond, model.bonds)),
         tendons=named(prefix, map(move.tendon, model.tendons)),
         actuators=named(prefix, map(move.actuator, model.actuators)),
         keyframes={

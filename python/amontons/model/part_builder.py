@@ -13,7 +13,7 @@ from .drive_builder import DriveBuilder
 from .joint_builder import Place
 from .links import Link
 from .model import Model, no_model
-from .parts import OWN, WORLD, Coupling, FluidBox, Geom, PairMaterial
+from .parts import OWN, WORLD, Bond, Coupling, FluidBox, Geom, PairMaterial
 from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Shape
@@ -31,6 +31,7 @@ class PartBuilder(DriveBuilder):
     _excluded: list[tuple[int, int]]
     _excluded_geoms: list[tuple[int, int]]
     _fluid_boxes: list[FluidBox]
+    _bonds: list[Bond]
     _keyframes: dict[str, list[KeyframePart]]
     _sites: list[Site]
     _visuals: list[Visual]
@@ -177,6 +178,7 @@ class PartBuilder(DriveBuilder):
         self._excluded += parts.excluded
         self._excluded_geoms += parts.excluded_geoms
         self._fluid_boxes += parts.fluid_boxes
+        self._bonds += parts.bonds
         self._visuals += parts.visuals
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)

@@ -17,6 +17,7 @@ from ..checks import (
     named,
     number,
     point,
+    positive,
     sequence,
     shown,
     unit_vector,
@@ -512,3 +513,38 @@ class FluidBox:
 
     def __post_init__(self) -> None:
         fill(self, size=vector3("fluid box: size", self.size))
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A point at which two bodies hold together, as mortar does, until it breaks for good.
+
+    It pulls the bodies together with `tension`. Their contact bears the pull: so they resist opening up to
+    `tension`, and sliding up to the coefficient of friction times it, the cohesion. The pull stays the same
+    until the two points are farther apart than `opening`, as in the strip model of Dugdale (1960). A broken
+    bond never acts again; `State.bond_openings` is the largest distance so far. Impulses of the contact
+    include the pull. `ModelBuilder.add_bond` makes one of a point and a normal of the world.
+
+    >>> parts.Bond(0, -1, (0, 0, -0.1), (0, 0, 0.2), (0, 0, 1), tension=500, opening=1e-4).tension
+    500.0
+    """
+
+    body_a: int
+    body_b: int
+    """indices; -1 is the world"""
+    point_a: Vector3
+    point_b: Vector3
+    """in the frames of the bodies (m); one place before anything moves"""
+    normal: Vector3
+    """unit vector from B to A, in the frame of body B"""
+    tension: float
+    """N, > 0"""
+    opening: float
+    """m, > 0; tension times opening is the energy that a break takes (J)"""
+
+    def __post_init__(self) -> None:
+        for name in ("point_a", "point_b"):
+            fill(self, **{name: vector3(f"bond: {name}", getattr(self, name))})
+        fill(self, normal=unit_vector("bond: normal", self.normal))
+        fill(self, tension=positive("bond: tension", self.tension))
+        fill(self, opening=positive("bond: opening", self.opening))

@@ -200,6 +200,7 @@ State initial_state(const Model& model) {
   std::size_t rubs = 0;
   for (const Tendon& tendon : model.description().tendons) rubs += rubs_of(tendon);
   s.rub_impulses.resize(2 * rubs);
+  s.bond_openings.resize(model.description().bonds.size());
   s.actuator_impulses.resize(model.description().actuators.size());
   for (const Actuator& actuator : model.description().actuators) {
     s.controls.push_back(actuator.control);

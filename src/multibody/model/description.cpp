@@ -436,6 +436,22 @@ void check_fluid(const ModelDescription& d) {
   }
 }
 
+// Bonds have no name; their order is that of the description.
+void check_bonds(const ModelDescription& d) {
+  const Index bodies = static_cast<Index>(d.bodies.size());
+  for (std::size_t k = 0; k < d.bonds.size(); ++k) {
+    const Bond& b = d.bonds[k];
+    const std::string who = "bond " + std::to_string(k);
+    require(b.body_a >= world && b.body_a < bodies && b.body_b >= world && b.body_b < bodies, who,
+            "a body does not exist");
+    require(b.body_a != b.body_b, who, "it holds a body to itself; name two bodies");
+    require(is_finite(b.point_a) && is_finite(b.point_b), who, "a point is not finite");
+    require(std::abs(norm(b.normal) - 1) < 1e-6, who, "the normal is no unit vector; normalise it");
+    check_not_negative(who, {{b.tension, "the tension"}, {b.opening, "the opening"}});
+    require(b.tension > 0 && b.opening > 0, who, "the tension and the opening must be positive");
+  }
+}
+
 }  // namespace
 
 // In the order in which a user writes a model, so that the first message concerns the first cause.
@@ -460,6 +476,7 @@ void check(const ModelDescription& d) {
     check_coupling(d, d.couplings[k], label("coupling", d.couplings[k].name, k));
   check_pairs(d);
   check_fluid(d);
+  check_bonds(d);
 }
 
 }  // namespace amontons

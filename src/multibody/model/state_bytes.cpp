@@ -17,12 +17,12 @@ template <class S>
 auto fields_of(S& state) {
   auto& [time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle, forces,
          torques, coordinates, controls, joint_forces, held_forces, held_torques, held_controls, held_joints,
-         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips,
-         rubs] = state;
+         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips, rubs,
+         bonds] = state;
   return std::tie(time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle,
                   forces, torques, coordinates, controls, joint_forces, held_forces, held_torques,
                   held_controls, held_joints, activations, actuators, contacts, wrenches, slips, dofs, balls,
-                  couplings, tendons, dof_slips, rubs);
+                  couplings, tendons, dof_slips, rubs, bonds);
 }
 
 // The first number of the bytes. A processor that stores numbers in the reverse order reads another one.

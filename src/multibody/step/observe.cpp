@@ -4,6 +4,7 @@
 
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/joints.hpp"
+#include "multibody/bodies/bonds.hpp"
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/bodies/middle.hpp"
 #include "multibody/contacts/warm_start.hpp"
@@ -75,6 +76,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
     o.loads[i].torque += kick * o.held.torques[i];
   }
   add_fluid_loads(model, o.frames, o.mobility, state, kick, o.loads, o.stopped);
+  add_bond_loads(model, o.frames, state, kick, o.loads);
   make_free_velocities(step, o);
   foresee(o);
   clock.lap(&Timings::assembly);

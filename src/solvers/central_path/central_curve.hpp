@@ -380,7 +380,7 @@ bool CentralCurve<System>::step() {
   const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
-  if (sign != sign_before_ && t_ < c::policy.far_from_fold * t_before_) return shorten();
+  if (sign != sign_before_ && t_ < c::policy.most_change * t_before_) return shorten();
   if (!find_directions()) return false;
   if (largest(back_) > c::policy.neighbourhood) return back();
   back_steps_ = 0;
@@ -389,7 +389,7 @@ bool CentralCurve<System>::step() {
   const double speed = norm(along_);
   double part = first_part(falls);
   if (!(part > 0)) return false;
-  for (int i = 0;; ++i, part *= 0.5) {
+  for (int i = 0;; ++i, part *= c::policy.shorter) {
     trial_ = back_;
     add(trial_, falls ? -part : part, along_);
     recover(trial_, false);
@@ -399,7 +399,7 @@ bool CentralCurve<System>::step() {
     const bool last = i == c::policy.most_repeats, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
-    if (last || (!bends && longest_step(trial_) > c::policy.least_free))
+    if (last || (!bends && longest_step(trial_) > c::policy.shorter))
       return move(trial_, std::clamp(1 - share, curve::policy.fraction, curve::policy.most_fraction));
   }
 }

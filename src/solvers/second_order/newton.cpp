@@ -150,7 +150,7 @@ class NewtonStep {
     for (std::size_t i = 0; i < dx.size(); ++i) basis_[0][i] = F_[i] / norm;
     rhs[0] = norm;
     int k = 0;
-    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.krylov_precision * norm &&
+    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.inexact * norm &&
            !monitor.out_of_time()) {
       solve_symmetric(basis_[k], image_[k], 0, monitor);
       Vector& next = basis_[k + 1];
@@ -209,7 +209,7 @@ class Newton : public VectorIterate {
   }
 
   std::optional<double> step() {
-    const double sigma = std::clamp(second_order::policy.proximal * map_ / scale_,
+    const double sigma = std::clamp(second_order::policy.inexact * map_ / scale_,
                                     second_order::policy.rounding, second_order::policy.most_proximal);
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())

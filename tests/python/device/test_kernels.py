@@ -548,3 +548,32 @@ def test_a_damaged_state(monkeypatch):
     check_put_back(sim, "finite|number|nan")
     sim.state.positions[3] = was
     assert sim.step().advanced
+
+
+# Breaks when a step on a device corrects the positions of a large pile on the CPU, or otherwise than the CPU.
+def test_positions_are_corrected_there(monkeypatch):
+    pocl()
+    builder = amontons.ModelBuilder()
+    builder.add_geom(None, amontons.shapes.Plane())
+    for n in np.ndindex(6, 6, 5):  # each overlaps its neighbours by 4 % of its radius
+        position = tuple(0.098 * (np.array(n) + 0.5))
+        builder.add_body(position=position, shape=amontons.shapes.Sphere(0.05), density=1000)
+    options = dict(method="apgd", tolerance=1e-6, max_iterations=200, on_failure="ignore")
+    cpu = amontons.Simulation(builder.build(), **options)
+    there = amontons.Simulation(builder.build(), device=DEVICE, device_contacts=300, **options)
+    begun = np.array(cpu.state.positions)
+    solved = []
+    start = DeviceMethod.start
+
+    def noted(self, *arguments):
+        solved.append((self._layout.contacts, self._layout.rows))
+        return start(self, *arguments)
+
+    monkeypatch.setattr(DeviceMethod, "start", noted)
+    for _ in range(3):
+        cpu.step()
+        there.step()
+    assert any(contacts == 0 and rows > 300 for contacts, rows in solved)
+    assert any(contacts > 300 and rows == 0 for contacts, rows in solved)
+    moved = np.abs(cpu.state.positions - begun).max()
+    assert np.abs(there.state.positions - cpu.state.positions).max() < 0.02 * moved

@@ -136,7 +136,7 @@ def test_every_part_is_known():
     known = {
         "gravity", "friction_rule", "bodies", "geoms", "joints", "couplings", "pair_materials",
         "excluded_bodies", "excluded_geoms", "keyframes", "actuators", "tendons", "unread", "sites",
-        "sensors", "core", "fluid", "fluid_boxes", "visuals", "links", "trees",
+        "sensors", "core", "fluid", "fluid_boxes", "bonds", "visuals", "links", "trees",
     }  # fmt: skip
     assert {f.name for f in fields(Model)} == known
 

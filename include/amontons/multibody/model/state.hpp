@@ -97,6 +97,9 @@ struct State {
   // Two per place at which a tendon rubs, in the order of the tendons: half the sum and half the
   // difference of the tensions' impulses before and after it.
   std::vector<double> rub_impulses;
+  // Per bond: the largest distance (m) that its two points have had after a step. It is broken, for good,
+  // once this exceeds Bond::opening.
+  std::vector<double> bond_openings;
 };
 
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose

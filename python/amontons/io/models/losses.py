@@ -42,6 +42,8 @@ def laws_lost(model: Model, *, static: bool) -> list[Lost]:
     static: whether it has the static friction of surfaces, though not Stribeck's curve.
     """
     lost = []
+    if model.bonds:
+        lost.append(Lost("model", f"{len(model.bonds)} bonds", "large"))
     for geom in model.geoms:
         material = geom.material
         if material.friction_static is not None and (not static or material.stribeck_speed > 0):
