@@ -142,6 +142,9 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
 }
 
 // Whether a pair has a point deeper than the allowance in the later poses; its points there.
+//
+// Each threshold of find_overlaps() is at most minus the allowance, because overlaps of rows are not
+// positive. So this test needs no row, and leaves few pairs to the careful one.
 bool ContactFinder::overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                             const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const {
   const auto [geom_a, geom_b] = keys[0].pair;

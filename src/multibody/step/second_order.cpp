@@ -227,6 +227,10 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
 // other pairs with several points it is unknown which of them stay.
 //
 // If a normal turns far in half a step, the body only passes by.
+//
+// The formula below is Rodrigues', with sine and cosine from the two unit normals: the axis is a over its
+// length |a| = sin, and (1 - cos) / sin^2 = 1 / (1 + cos). No angle is needed, and none of its small digits
+// is lost.
 static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
   // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
   // [a]x
