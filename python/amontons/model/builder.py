@@ -11,7 +11,7 @@ from .. import _core
 from ..checks import Numbers, about, changed, chosen, positive, shown, unit_vector, vector3
 from ..errors import InputError
 from ..guidance import guided
-from .composing import KeyframePart, bottom, whole_keyframe
+from .composing import NAMED, NAMELESS, KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
 from .mass import MassProperties
@@ -86,7 +86,7 @@ class ModelBuilder(PartBuilder):
         self._tendons: list[Tendon] = []
         self._actuators: list[Actuator] = []
         self._pair_materials: list[PairMaterial] = []
-        self._excluded: list[tuple[int, int]] = []
+        self._excluded_bodies: list[tuple[int, int]] = []
         self._excluded_geoms: list[tuple[int, int]] = []
         self._fluid_boxes: list[FluidBox] = []
         self._bonds: list[Bond] = []
@@ -96,8 +96,7 @@ class ModelBuilder(PartBuilder):
         self._visuals: list[Visual] = []
         self._sensors: list[Sensor] = []
         self._links: list[Link] = []
-        kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator", "link")
-        self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
+        self._names: dict[str, dict[str, int]] = {kind: {} for kind in NAMED}
 
     def add_body(
         self,
@@ -355,7 +354,7 @@ class ModelBuilder(PartBuilder):
         if a == b:
             raise InputError("exclude: a body never touches itself; give two bodies")
         if link_a == link_b == OWN:
-            self._excluded.append((a, b))
+            self._excluded_bodies.append((a, b))
             return
         on = [
             [g for g, geom in enumerate(self._geoms) if geom.body == body and link in (OWN, geom.link)]
@@ -415,27 +414,9 @@ class ModelBuilder(PartBuilder):
                     f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
                     'density= or mass=, or motion="fixed"'
                 )
+        lists = {name: tuple(getattr(self, f"_{name}")) for name in (*NAMED.values(), *NAMELESS, "unread")}
         model = Model(
-            self._gravity,
-            self._friction_rule,
-            tuple(self._bodies),
-            tuple(self._geoms),
-            tuple(self._joints),
-            tuple(self._couplings),
-            tuple(self._pair_materials),
-            tuple(self._excluded),
-            tuple(self._excluded_geoms),
-            tendons=tuple(self._tendons),
-            actuators=tuple(self._actuators),
-            fluid=self._fluid,
-            fluid_boxes=tuple(self._fluid_boxes),
-            bonds=tuple(self._bonds),
-            unread=tuple(self._unread),
-            sites=tuple(self._sites),
-            sensors=tuple(self._sensors),
-            visuals=tuple(self._visuals),
-            links=tuple(self._links),
-            trees=self._trees or "none",
+            self._gravity, self._friction_rule, fluid=self._fluid, trees=self._trees or "none", **lists
         )
         keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
         return changed(model, keyframes=keyframes)

@@ -51,6 +51,15 @@ class Seat:
     """the link of the parent that takes the place of the world, of the builder"""
 
 
+NAMED = {
+    "body": "bodies", "geom": "geoms", "joint": "joints", "coupling": "couplings", "site": "sites",
+    "sensor": "sensors", "tendon": "tendons", "actuator": "actuators", "link": "links",
+}  # fmt: skip
+"""Kinds of parts that have names, and their lists in `Parts`, in `Model` and, after a _, in the builder."""
+NAMELESS = ("pair_materials", "excluded_bodies", "excluded_geoms", "fluid_boxes", "bonds", "visuals")
+"""Lists of the others."""
+
+
 @dataclass(frozen=True)
 class Counts:
     """Numbers of parts of the builder before the model was added."""
@@ -74,7 +83,7 @@ class Parts:
     joints: list[Joint]
     couplings: list[Coupling]
     pair_materials: list[PairMaterial]
-    excluded: list[tuple[int, int]]
+    excluded_bodies: list[tuple[int, int]]
     excluded_geoms: list[tuple[int, int]]
     fluid_boxes: list[FluidBox]
     bonds: list[Bond]
@@ -268,7 +277,7 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         joints=[*named(prefix, (with_dofs_named(prefix, move.joint(j)) for j in model.joints)), *mounts],
         couplings=named(prefix, map(move.coupling, model.couplings)),
         pair_materials=list(map(move.pair, model.pair_materials)),
-        excluded=[(a, b) for a, b in excluded if a != b],
+        excluded_bodies=[(a, b) for a, b in excluded if a != b],
         excluded_geoms=[(before.geoms + a, before.geoms + b) for a, b in model.excluded_geoms],
         fluid_boxes=[
             replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))

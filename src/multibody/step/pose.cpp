@@ -74,9 +74,10 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
     static thread_local std::vector<unsigned char>
         carried;  // per contact: it had an impulse in the last step
     if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, carried);
-    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, carried, step.h,
-                    step.last, step.h * norm(model.description().gravity), allowed_error(model.length())},
-                   state, posed.rows);
+    reflect_joints(
+        {model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, carried, step.h, step.last,
+         step.h * norm(model.description().gravity), allowed_error(model.length()), step.forest, o.trees},
+        state, posed.rows);
   }
   if (state.impulse_step > 0)
     hold_contacts(model, state.contacts, step.kick() / state.impulse_step, o.frames, o.contacts);

@@ -15,6 +15,10 @@
 // chord. It is removed, D (v- + v+) = e, if it is large beside D v-, and partly if it alternates in sign. In
 // smooth motion e is small, of second order, and does not alternate: half of it is undone in the next step.
 //
+// Bodies of trees came along their joints: rates times columns are no chord. Where joints close loops, e is
+// that of the mean velocities of the displacement. The reflection keeps the rates, because the differences
+// from the chords before and after q cancel, up to second order.
+//
 // Rows of torques always use D (v- + v+) = e. With reflection, light bodies that spin about a locked
 // direction couple with the turn of the axes to a growing motion. The energy of these rows is small.
 #include "multibody/step/second_order.hpp"
@@ -29,6 +33,7 @@
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/trees/momenta.hpp"
 
 namespace amontons {
 
@@ -193,6 +198,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     came[i].angular = known ? rows.past[i].velocity.angular
                             : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
+  if (!in.forest.empty())
+    write_mean_before({in.model, in.forest, in.frames, in.start, in.h, in.last}, last.h, in.trees, came);
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   const std::vector<unsigned char>& near = find_near_contacts(in);

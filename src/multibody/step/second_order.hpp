@@ -7,6 +7,7 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
 
@@ -27,6 +28,8 @@ struct SmoothInput {
   double h, last;                             // s, of this step and of the last one; 0: there is none
   double fall;                                // m/s, that gravity adds in a step
   double closed;                              // m, gaps up to this one count as closed
+  const Forest& forest;
+  TreeStep& trees;
 };
 
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.

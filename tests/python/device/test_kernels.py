@@ -282,6 +282,17 @@ def test_graphs_of_cuda(host, monkeypatch, name):
     assert set(captured) == {CHUNK * (7 if name == "drum" else 5)}
 
 
+# Breaks when a host that pins no more memory ends a solve.
+def test_a_host_that_pins_nothing(host, monkeypatch):
+    def refuses(nbytes):
+        raise CardError("cudaErrorMemoryAllocation")
+
+    cupy = fake_cupy(host)
+    monkeypatch.setattr(cupy.cuda, "alloc_pinned_memory", refuses)
+    monkeypatch.setitem(sys.modules, "cupy", cupy)
+    np.testing.assert_array_equal(on(cuda.Cuda(0), "rows", "coulomb"), expected("rows", "coulomb"))
+
+
 # Breaks when buffers are made anew although the last problem left some that are long enough, or when two
 # iterates at a time share theirs.
 def test_memory_is_kept(opened):

@@ -189,7 +189,7 @@ class _Building:
         if gravity is None and (physics := content.child("physics")) is not None:
             gravity = physics.child("gravity")
         given = floats(gravity, 3) if gravity is not None else GRAVITY
-        self.builder = ModelBuilder(gravity=given, friction_rule="minimum")
+        self.builder = ModelBuilder(gravity=given, friction_rule="minimum", trees="auto")
         self.shapes = Shapes(self.issues, reader.budget.limits)
         self.bodies: dict[tuple[int, str], int] = {}
         self.apart: set[tuple[int, int]] = set()
