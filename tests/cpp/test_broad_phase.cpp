@@ -71,6 +71,19 @@ TEST(random_mixes_as_brute_force) {
     }
 }
 
+// Groups of fixed boxes meet only those that move. Fails if a pair is lost where only the later of two groups
+// holds a box that moves, or only one leaf of a group.
+TEST(few_boxes_move_among_fixed_ones) {
+  for (std::size_t one_of : {2, 9, 50, 700}) {
+    BroadPhase phase;
+    Boxes s = random_mix(1500, 1, 4);
+    for (std::size_t last : {0, 1, 5}) {
+      for (std::size_t i = 0; i < s.fixed.size(); ++i) s.fixed[i] = i % one_of != last % one_of;
+      check_against_brute_force(phase, s);
+    }
+  }
+}
+
 // Far from the origin floats resolve nothing: a pair is lost if rounding were not
 // monotone or the shift missing.
 TEST(far_from_the_origin) {

@@ -13,9 +13,9 @@ namespace amontons {
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
-// `fixed[i]`: two fixed boxes form no pair. Near-linear time for boxes of any mix of sizes. Scratch memory
-// and the last spatial order are kept between calls. That saves time when boxes have moved little, but pairs
-// never depend on earlier calls.
+// `fixed[i]`: two fixed boxes form no pair, and parts of space with fixed boxes alone cost nothing.
+// Near-linear time for boxes of any mix of sizes. Scratch memory and the last spatial order are kept between
+// calls. That saves time when boxes have moved little, but pairs never depend on earlier calls.
 class BroadPhase {
  public:
   void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
@@ -23,9 +23,11 @@ class BroadPhase {
 
  private:
   static constexpr int width = 8;  // children of a node
-  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z.
+  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z. Bit k of
+  // `moves`: some box of child k is not fixed.
   struct alignas(32) Node {
     float bound[6][width];
+    unsigned moves;
   };
   // A leaf during the search for an order; box -1: a gap that fills the last group of a class.
   struct Item {

@@ -6,12 +6,14 @@
 
 namespace amontons {
 
-// Poses of the bodies, their velocities v over h, and the largest gap that counts.
+// Poses of the bodies, their velocities v over h, and the largest gap that counts. Threads: 0 for one per
+// core; results do not depend on them.
 struct Reach {
   const Model& model;
   const BodyFrames& bodies;
   const BodyVelocities& v;
   double h, margin;
+  unsigned threads = 1;
 };
 
 // Speed at which the gap of a contact opens, and the gap at the end of the step.
