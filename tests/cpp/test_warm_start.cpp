@@ -47,7 +47,9 @@ struct Pair {
   std::vector<double> normals(const std::vector<CarriedContact>& last,
                               const std::vector<Contact>& now) const {
     std::vector<double> x0, z;
-    warm_start_contacts(model, last, 1, frames, now, x0);
+    std::vector<Index> known;
+    find_known(model, last, frames, now, known);
+    warm_start_contacts(last, known, 1, now, x0);
     for (std::size_t i = 0; i < x0.size(); i += 3) z.push_back(x0[i]);
     return z;
   }
@@ -143,7 +145,9 @@ TEST(each_pair_of_a_pile_finds_its_impulse) {
   }
   now.resize(now.size() - 6);  // one contact per pair
   std::vector<double> x0;
-  warm_start_contacts(model, last, 1, frames, now, x0);
+  std::vector<Index> known;
+  find_known(model, last, frames, now, known);
+  warm_start_contacts(last, known, 1, now, x0);
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto was = std::find_if(last.begin(), last.end(),
                                   [&](const CarriedContact& c) { return pair_of(c) == pair_of(now[i]); });

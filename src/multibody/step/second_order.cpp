@@ -158,7 +158,7 @@ const std::vector<unsigned char>& find_near_contacts(const SmoothInput& in) {
   for (const Joint& j : joints) connect(j.body_a, j.body_b);
   for (const Contact& c : in.contacts) connect(c.body_a, c.body_b);
   for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    if (!may_strike(in, in.contacts[i], in.carried[i])) continue;
+    if (!may_strike(in, in.contacts[i], in.known[i] >= 0)) continue;
     for (const Index body : {in.contacts[i].body_a, in.contacts[i].body_b})
       if (in.model.is_dynamic(body)) near[group_of(first, body)] = 1;
   }
