@@ -99,24 +99,24 @@ void clear(auto& node) {
 }  // namespace
 
 void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                            std::vector<IndexPair>& pairs) {
+                            std::vector<IndexPair>& pairs, const PairSearch* outside) {
   fixed_ = fixed;
   found_.clear();
   set_aside_infinite(boxes);
+  if (outside && (finite_.empty() || finite_.size() < outside->least)) outside = nullptr;
   // An earlier order is valid for any boxes; it only gets slower as they move, and between steps of a
   // simulation nothing moves far. It is replaced once a search costs half as much again as the first one in
   // it.
   bool done = false;
-  if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
-    fit(boxes);
-    done = search(built_visits_ + built_visits_ / 2);
-  }
+  if (built_for_ == boxes.size() && infinite_ == last_infinite_ && built_outside_ == (outside != nullptr))
+    done = search(boxes, outside, built_visits_ + built_visits_ / 2);
   if (!done) {
     found_.clear();
+    built_for_ = 0;  // none until the search has ended
     build(boxes);
-    fit(boxes);
-    search(std::numeric_limits<std::size_t>::max());
+    search(boxes, outside, std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
+    built_outside_ = outside != nullptr;
     last_infinite_ = infinite_;
     built_visits_ = visits_;
   }
@@ -259,10 +259,20 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Finds every pair of overlapping boxes in the tree. The search runs by groups and not by pairs of nodes: the
-// box of eight leaves is tight, and the descent for one group stays in the cache. Returns false after more
-// visits than the limit.
-bool BroadPhase::search(std::size_t limit) {
+// Finds every pair of overlapping finite boxes. Returns false after more visits than the limit: there are
+// better orders than this one.
+bool BroadPhase::search(std::span<const Aabb> boxes, const PairSearch* outside, std::size_t limit) {
+  if (outside) {
+    visits_ = outside->find({boxes, fixed_, order_, origin_}, found_);
+    return visits_ <= limit;
+  }
+  fit(boxes);
+  return search_groups(limit);
+}
+
+// Finds the pairs in the tree. The search runs by groups and not by pairs of nodes: the
+// box of eight leaves is tight, and the descent for one group stays in the cache.
+bool BroadPhase::search_groups(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,14 +13,32 @@ namespace amontons {
 // Two boxes by their numbers.
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
+// Finite boxes in an order in which neighbours in space are mostly neighbours: eight leaves make a group,
+// eight groups a node, and so on.
+struct BoxOrder {
+  std::span<const Aabb> boxes;           // all, infinite ones as well
+  std::span<const unsigned char> fixed;  // by box
+  std::span<const std::int32_t> leaves;  // leaf -> box, -1 in gaps; a multiple of eight
+  Vec3 origin;                           // amid the boxes, for who rounds coordinates to float
+};
+
+// A search outside of this library, on a device, for at least so many finite boxes. Several searches may run
+// at a time.
+struct PairSearch {
+  std::size_t least = 0;
+  // Appends the pairs that BroadPhase::find_pairs() states for these boxes, in any order, and returns a
+  // measure of its work, which tells when an order is out of date. It may throw.
+  std::function<std::size_t(const BoxOrder&, std::vector<IndexPair>&)> find;
+};
+
 // All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
 // `fixed[i]`: two fixed boxes form no pair. Near-linear time for boxes of any mix of sizes. Scratch memory
 // and the last spatial order are kept between calls. That saves time when boxes have moved little, but pairs
-// never depend on earlier calls.
+// never depend on earlier calls, nor on who searches.
 class BroadPhase {
  public:
   void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                  std::vector<IndexPair>& pairs);
+                  std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr);
 
  private:
   static constexpr int width = 8;  // children of a node
@@ -43,8 +62,9 @@ class BroadPhase {
   int best_axis(std::size_t first, std::size_t last) const;
 
   // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
+  bool search(std::span<const Aabb> boxes, const PairSearch* outside, std::size_t limit);
   void fit(std::span<const Aabb> boxes);
-  bool search(std::size_t limit);
+  bool search_groups(std::size_t limit);
   void cross_later_groups(std::size_t g);
   void cross(std::size_t g, std::size_t h);
   void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which);
@@ -67,6 +87,7 @@ class BroadPhase {
   std::size_t built_for_ = 0;        // the number of boxes
   std::vector<std::int32_t> last_infinite_;
   std::size_t built_visits_ = 0;  // of the first search in this order
+  bool built_outside_ = false;    // who counted them
 
   // Scratch.
   std::vector<Item> items_;

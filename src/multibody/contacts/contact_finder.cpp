@@ -175,14 +175,15 @@ bool ContactFinder::is_reached(Index a, Index b) const {
   return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
 }
 
-void ContactFinder::find_pairs(const Model& model) {
+void ContactFinder::find_pairs(const Reach& reach) {
+  const Model& model = reach.model;
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
       if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs(boxes_, fixed_, pairs_);
+  broad_phase_.find_pairs(boxes_, fixed_, pairs_, reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);
@@ -200,7 +201,7 @@ template <class Counts, class F>
 void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
   const Model& model = reach.model;
   place_geoms(reach);
-  find_pairs(model);
+  find_pairs(reach);
   for (auto [a, b] : pairs_) {
     if (!counts(a, b)) continue;
     // A is the moving one, so that normals point to a body that responds.

@@ -54,7 +54,7 @@ class ContactFinder {
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
   void place_geoms(const Reach& reach);
   // The pairs that may touch within the step, ascending, to pairs_.
-  void find_pairs(const Model& model);
+  void find_pairs(const Reach& reach);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
   bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
