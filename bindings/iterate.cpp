@@ -189,13 +189,15 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   return out;
 }
 
-// find(leaves, boxes, fixed, origin): visits, and pairs as rows. The arrays are those of the caller, during
-// the call only.
+// find(leaves, boxes, balls, fixed, origin): visits, and pairs as rows. The arrays are those of the caller,
+// during the call only.
 std::shared_ptr<PairSearch> pair_search(nb::callable find, std::size_t least) {
   auto out = std::make_shared<PairSearch>();
   out->least = least;
   out->find = [find = hold(std::move(find))](const BoxOrder& given, std::vector<IndexPair>& pairs) {
-    static_assert(sizeof(Aabb) == 6 * sizeof(double) && sizeof(IndexPair) == 2 * sizeof(std::int32_t));
+    static_assert(sizeof(Aabb) == 6 * sizeof(double) && sizeof(Ball) == 4 * sizeof(double) &&
+                  sizeof(IndexPair) == 2 * sizeof(std::int32_t));
+    const auto& [boxes, balls, fixed] = given.bounds;
     nb::gil_scoped_acquire gil;
     const auto array = [](const auto* data, auto... shape) {
       using T = std::remove_pointer_t<decltype(data)>;
@@ -203,8 +205,9 @@ std::shared_ptr<PairSearch> pair_search(nb::callable find, std::size_t least) {
     };
     const nb::object told =
         (*find)(array(given.leaves.data(), given.leaves.size()),
-                array(&given.boxes.data()->lower.x, given.boxes.size(), std::size_t{6}),
-                array(given.fixed.data(), given.fixed.size()), array(&given.origin.x, std::size_t{3}));
+                array(&boxes.data()->lower.x, boxes.size(), std::size_t{6}),
+                array(&balls.data()->centre.x, balls.size(), std::size_t{4}),
+                array(fixed.data(), fixed.size()), array(&given.origin.x, std::size_t{3}));
     using Rows = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
     const auto rows = nb::cast<Rows>(told[1]);
     AMONTONS_REQUIRE(rows.shape(1) == 2, "find() must return (n, 2) numbers of boxes");

@@ -98,9 +98,9 @@ void clear(auto& node) {
 
 }  // namespace
 
-void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                            std::vector<IndexPair>& pairs, const PairSearch* outside) {
-  fixed_ = fixed;
+void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside) {
+  bounds_ = bounds;
+  const std::span<const Aabb> boxes = bounds.boxes;
   found_.clear();
   set_aside_infinite(boxes);
   if (outside && (finite_.empty() || finite_.size() < outside->least)) outside = nullptr;
@@ -109,12 +109,12 @@ void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigne
   // it.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_ && built_outside_ == (outside != nullptr))
-    done = search(boxes, outside, built_visits_ + built_visits_ / 2);
+    done = search(outside, built_visits_ + built_visits_ / 2);
   if (!done) {
     found_.clear();
     built_for_ = 0;  // none until the search has ended
     build(boxes);
-    search(boxes, outside, std::numeric_limits<std::size_t>::max());
+    search(outside, std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
     built_outside_ = outside != nullptr;
     last_infinite_ = infinite_;
@@ -261,12 +261,12 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
 
 // Finds every pair of overlapping finite boxes. Returns false after more visits than the limit: there are
 // better orders than this one.
-bool BroadPhase::search(std::span<const Aabb> boxes, const PairSearch* outside, std::size_t limit) {
+bool BroadPhase::search(const PairSearch* outside, std::size_t limit) {
   if (outside) {
-    visits_ = outside->find({boxes, fixed_, order_, origin_}, found_);
+    visits_ = outside->find({bounds_, order_, origin_}, found_);
     return visits_ <= limit;
   }
-  fit(boxes);
+  fit(bounds_.boxes);
   return search_groups(limit);
 }
 
@@ -344,7 +344,9 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
 // Tests in double, with the given boxes, the pairs that the floats accept: rounding to float only affects the
 // time.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
-  if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
+  if ((bounds_.fixed[a] && bounds_.fixed[b]) || !is_overlap(box_a, box_b) ||
+      !is_overlap(bounds_.balls[a], bounds_.balls[b]))
+    return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 

@@ -13,11 +13,29 @@ namespace amontons {
 // Two boxes by their numbers.
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
+// A second bound, of spheres: two of them whose boxes overlap are mostly apart.
+struct Ball {
+  Vec3 centre;
+  double radius;  // infinite: none
+};
+
+// Balls that touch, or that have no bound.
+inline bool is_overlap(const Ball& a, const Ball& b) {
+  const double reach = a.radius + b.radius;
+  return !(norm_squared(a.centre - b.centre) > reach * reach);
+}
+
+// Boxes, each with a ball, among which pairs are searched.
+struct Bounds {
+  std::span<const Aabb> boxes;  // may be infinite: planes
+  std::span<const Ball> balls;
+  std::span<const unsigned char> fixed;  // two fixed ones form no pair
+};
+
 // Finite boxes in an order in which neighbours in space are mostly neighbours: eight leaves make a group,
 // eight groups a node, and so on.
 struct BoxOrder {
-  std::span<const Aabb> boxes;           // all, infinite ones as well
-  std::span<const unsigned char> fixed;  // by box
+  Bounds bounds;                         // all, infinite ones as well
   std::span<const std::int32_t> leaves;  // leaf -> box, -1 in gaps; a multiple of eight
   Vec3 origin;                           // amid the boxes, for who rounds coordinates to float
 };
@@ -31,14 +49,12 @@ struct PairSearch {
   std::function<std::size_t(const BoxOrder&, std::vector<IndexPair>&)> find;
 };
 
-// All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
-// `fixed[i]`: two fixed boxes form no pair. Near-linear time for boxes of any mix of sizes. Scratch memory
-// and the last spatial order are kept between calls. That saves time when boxes have moved little, but pairs
-// never depend on earlier calls, nor on who searches.
+// All pairs of boxes that overlap and whose balls do (touching counts), sorted, each once. Near-linear time
+// for boxes of any mix of sizes. Scratch memory and the last spatial order are kept between calls. That saves
+// time when boxes have moved little, but pairs never depend on earlier calls, nor on who searches.
 class BroadPhase {
  public:
-  void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                  std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr);
+  void find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr);
 
  private:
   static constexpr int width = 8;  // children of a node
@@ -62,7 +78,7 @@ class BroadPhase {
   int best_axis(std::size_t first, std::size_t last) const;
 
   // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
-  bool search(std::span<const Aabb> boxes, const PairSearch* outside, std::size_t limit);
+  bool search(const PairSearch* outside, std::size_t limit);
   void fit(std::span<const Aabb> boxes);
   bool search_groups(std::size_t limit);
   void cross_later_groups(std::size_t g);
@@ -73,7 +89,7 @@ class BroadPhase {
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
   // Data of the current call.
-  std::span<const unsigned char> fixed_;   // given by the caller
+  Bounds bounds_;                          // given by the caller
   std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
   std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node

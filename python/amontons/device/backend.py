@@ -41,7 +41,7 @@ Launch = tuple[str, int, tuple[Any, ...]]
 
 
 class Backend(Protocol):
-    """A device with the kernels of kernels.cl and pairs.cl, and a queue that runs them in the order of their launches."""
+    """A device with the kernels of `source`, and a queue that runs them in the order of their launches."""
 
     device: Device
     lost: bool

@@ -14,9 +14,9 @@
 #define MOST 1e38
 #define NOWHERE 3e38f
 
-#define TREE GLOBAL const uint* order, GLOBAL const double* boxes, GLOBAL const unsigned char* fixed_boxes, \
-             GLOBAL float* nodes, GLOBAL const uint* first, uint top, uint leaves
-#define TREE_ARGUMENTS order, boxes, fixed_boxes, nodes, first, top, leaves
+#define TREE GLOBAL const uint* order, GLOBAL const double* boxes, GLOBAL const double* balls, \
+             GLOBAL const unsigned char* fixed_boxes, GLOBAL float* nodes, GLOBAL const uint* first, uint top, uint leaves
+#define TREE_ARGUMENTS order, boxes, balls, fixed_boxes, nodes, first, top, leaves
 
 DEVICE float narrow(double x, double origin) {
   const double y = x - origin;
@@ -72,6 +72,13 @@ DEVICE uint overlap(GLOBAL const double* a, GLOBAL const double* b) {
   return a[0] <= b[3] && b[0] <= a[3] && a[1] <= b[4] && b[1] <= a[4] && a[2] <= b[5] && b[2] <= a[5];
 }
 
+// Four numbers each: centre, radius. Operation by operation as in C++.
+DEVICE uint balls_overlap(GLOBAL const double* a, GLOBAL const double* b) {
+  const V3 apart = v3(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  const double reach = a[3] + b[3];
+  return !(dot3(apart, apart) > reach * reach);
+}
+
 // The partners of a leaf behind it: their number. They are written where `pairs` is given. Goes through the tree in the
 // order of its leaves: down where boxes meet, else on to the next child or the node behind its parent.
 DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* visits) {
@@ -100,7 +107,8 @@ DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* v
         down = level > 0u;
         if (!down) {
           const uint other = order[k];
-          if (!(fixed_boxes[own] && fixed_boxes[other]) && overlap(boxes + 6u * own, boxes + 6u * other)) {
+          if (!(fixed_boxes[own] && fixed_boxes[other]) && overlap(boxes + 6u * own, boxes + 6u * other) &&
+              balls_overlap(balls + 4u * own, balls + 4u * other)) {
             if (writes) {
               pairs[2u * found] = own < other ? own : other;
               pairs[2u * found + 1u] = own < other ? other : own;

@@ -43,20 +43,26 @@ class PairFinder:
         self._idle.append(memory)
 
     def find(
-        self, leaves: NDArray[np.int32], boxes: Array, fixed: NDArray[np.uint8], origin: Array
+        self, leaves: NDArray[np.int32], boxes: Array, balls: Array, fixed: NDArray[np.uint8], origin: Array
     ) -> tuple[int, NDArray[np.int32]]:
         """Nodes and leaves that were visited, and the pairs, (n, 2).
 
         leaves: (m,), the box of each leaf or -1, m a multiple of eight. boxes: (k, 6), lower and upper corner
-        (m). fixed: (k,); two fixed boxes are no pair. origin: (3,).
+        (m). balls: (k, 4), centre and radius. fixed: (k,); two fixed boxes are no pair. origin: (3,).
         """
         if not len(leaves):
             return 0, np.empty((0, 2), np.int32)
         with self._memory() as memory:
-            return self._found(memory, leaves, boxes, fixed, origin)
+            return self._found(memory, leaves, boxes, balls, fixed, origin)
 
     def _found(
-        self, memory: Memory, leaves: NDArray[np.int32], boxes: Array, fixed: NDArray[np.uint8], origin: Array
+        self,
+        memory: Memory,
+        leaves: NDArray[np.int32],
+        boxes: Array,
+        balls: Array,
+        fixed: NDArray[np.uint8],
+        origin: Array,
     ) -> tuple[int, NDArray[np.int32]]:
         launch, groups = self._backend.launch, tiles(len(leaves))
         sizes = level_sizes(len(leaves))
@@ -64,8 +70,8 @@ class PairFinder:
         nodes = memory.buffer("nodes", 4 * NODE * sum(sizes))
         tree = (
             memory.filled("order", leaves.view(np.uint32)), memory.filled("boxes", boxes),
-            memory.filled("fixed", fixed), nodes, memory.filled("first", first),
-            np.uint32(len(sizes) - 1), np.uint32(len(leaves)),
+            memory.filled("balls", balls), memory.filled("fixed", fixed), nodes,
+            memory.filled("first", first), np.uint32(len(sizes) - 1), np.uint32(len(leaves)),
         )  # fmt: skip
         launch("fit_leaves", groups, *tree, *(np.float64(x) for x in origin))
         for below, size in enumerate(sizes[:-1]):

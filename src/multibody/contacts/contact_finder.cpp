@@ -106,6 +106,10 @@ bool has_edges(const Shape& shape) {
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;  // not tuned: rounding
 
+// A ball that is larger by this factor contains what arithmetic takes for its surface.
+constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
 // Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
 // pose is found once.
 struct Later {
@@ -133,12 +137,14 @@ struct Later {
 
 // Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
 // of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
-// boxes of all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
+// boxes of all pairs that could touch overlap. So do the balls of spheres, which grow by the travel in every
+// direction. A plane has no box, but a height up to which it may reach.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   frames_.resize(geoms.size());
   boxes_.resize(geoms.size());
+  balls_.resize(geoms.size());
   fixed_.resize(geoms.size());
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
@@ -153,6 +159,9 @@ void ContactFinder::place_geoms(const Reach& reach) {
     const Vec3 way = reach.h * motions_[g].centre;
     const double grow =
         0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
+    const auto* sphere = std::get_if<Sphere>(&geom.shape);
+    balls_[g] = {frames_[g].position,
+                 sphere ? with_rounding * (sphere->radius + grow + norm(way)) : unbounded};
     for (int i = 0; i < 3; ++i) {
       boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
       boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
@@ -183,7 +192,7 @@ void ContactFinder::find_pairs(const Reach& reach) {
       if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs(boxes_, fixed_, pairs_, reach.pairs);
+  broad_phase_.find_pairs({boxes_, balls_, fixed_}, pairs_, reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);

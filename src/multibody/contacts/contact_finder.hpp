@@ -65,6 +65,7 @@ class ContactFinder {
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
   std::vector<Aabb> boxes_;
+  std::vector<Ball> balls_;
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;
