@@ -241,9 +241,12 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
     clear(levels_[depth].back());
     for (std::size_t k = 0; k < children; ++k) {
       float box[6] = {inf, inf, inf, -inf, -inf, -inf};
+      bool moves = false;
       if (depth > 0) {
         enclose(levels_[depth - 1][k], box);
+        moves = levels_[depth - 1][k].moves != 0;
       } else if (order_[k] >= 0) {
+        moves = !bounds_.fixed[order_[k]];
         const Aabb& b = boxes_[k] = boxes[order_[k]];
         for (int axis = 0; axis < 3; ++axis) {
           box[axis] = narrow(b.lower[axis], origin_[axis]);
@@ -251,6 +254,8 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
         }
       }
       Node& node = levels_[depth][k / width];
+      if (k % width == 0) node.moves = 0;
+      node.moves |= unsigned{moves} << (k % width);
       for (int row = 0; row < 6; ++row) node.bound[row][k % width] = box[row];
     }
     ++depth;
@@ -285,12 +290,13 @@ bool BroadPhase::search_groups(std::size_t limit) {
 }
 
 // Descends from the root into all nodes that overlap the box of group g and contain later groups: each pair
-// of groups is found once, from the earlier one.
+// of groups is found once, from the earlier one. A group of fixed boxes meets only those that move.
 void BroadPhase::cross_later_groups(std::size_t g) {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
   float box[6];
   enclose(levels_[0][g], box);
+  const bool moves = levels_[0][g].moves != 0;
   // A node on the stack is { level, index }; each level leaves at most seven behind.
   struct {
     std::size_t level, index;
@@ -301,7 +307,8 @@ void BroadPhase::cross_later_groups(std::size_t g) {
     const auto [level, index] = stack[--size];
     ++visits_;
     const unsigned shift = 3 * static_cast<unsigned>(level - 1);
-    for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
+    const Node& node = levels_[level][index];
+    for (unsigned mask = overlap_mask(node, box) & (moves ? ~0u : node.moves); mask; mask &= mask - 1) {
       const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
       if (((child + 1) << shift) - 1 <= g) continue;  // all its groups are g or earlier
       if (level > 1)
@@ -326,6 +333,7 @@ void BroadPhase::cross(std::size_t g, std::size_t h) {
 void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which) {
   float box[6];
   copy_child(levels_[0][g], static_cast<std::size_t>(i), box);
+  if (!(levels_[0][g].moves >> i & 1)) which &= levels_[0][h].moves;
   for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
     const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
     const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));

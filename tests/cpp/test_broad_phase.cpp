@@ -99,11 +99,25 @@ TEST(balls_as_brute_force) {
   }
   Boxes touch;
   touch.share = 1;
-  for (double x : {0.0, 1.0, 2.25}) touch.add({x, 0, 0}, {0.5, 0.5, 0.5});
+  // All three boxes touch the next one; the last two do so at an edge, where balls are apart.
+  for (const Vec3& at : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{2, 1, 0}}) touch.add(at, {0.5, 0.5, 0.5});
   BroadPhase phase;
   std::vector<IndexPair> pairs;
   phase.find_pairs(touch.bounds(), pairs);
   CHECK((pairs == std::vector<IndexPair>{{0, 1}}));
+}
+
+// Groups of fixed boxes meet only those that move. Fails if a pair is lost where only the later of two groups
+// holds a box that moves, or only one leaf of a group.
+TEST(few_boxes_move_among_fixed_ones) {
+  for (std::size_t one_of : {2, 9, 50, 700}) {
+    BroadPhase phase;
+    Boxes s = random_mix(1500, 1, 4);
+    for (std::size_t last : {0, 1, 5}) {
+      for (std::size_t i = 0; i < s.fixed.size(); ++i) s.fixed[i] = i % one_of != last % one_of;
+      check_against_brute_force(phase, s);
+    }
+  }
 }
 
 // Far from the origin floats resolve nothing: a pair is lost if rounding were not

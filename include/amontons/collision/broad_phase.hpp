@@ -29,7 +29,7 @@ inline bool is_overlap(const Ball& a, const Ball& b) {
 struct Bounds {
   std::span<const Aabb> boxes;  // may be infinite: planes
   std::span<const Ball> balls;
-  std::span<const unsigned char> fixed;  // two fixed ones form no pair
+  std::span<const unsigned char> fixed;  // two fixed ones form no pair; where all are, a search costs nothing
 };
 
 // Finite boxes in an order in which neighbours in space are mostly neighbours: eight leaves make a group,
@@ -58,9 +58,11 @@ class BroadPhase {
 
  private:
   static constexpr int width = 8;  // children of a node
-  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z.
+  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z. Bit k of
+  // `moves`: some box of child k is not fixed.
   struct alignas(32) Node {
     float bound[6][width];
+    unsigned moves;
   };
   // A leaf during the search for an order; box -1: a gap that fills the last group of a class.
   struct Item {

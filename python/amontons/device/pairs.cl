@@ -4,11 +4,11 @@
 // where the counts before them say. So none is dropped, and their order depends on no work group.
 //
 // The tree: leaf k is child k % 8 of node k / 8 of level 0, that node is child of node k / 64 of level 1, and so on.
-// A node is 48 floats: lower x, y, z, upper x, y, z of its eight children. Level l begins at node first[l]; level `top`
+// A node is 56 floats: lower x, y, z, upper x, y, z of its eight children, and whether a box of the child moves. Level l begins at node first[l]; level `top`
 // is one node.
 
 #define WIDTH 8u
-#define NODE 48u
+#define NODE 56u
 #define NO_BOX 0xffffffffu
 // Coordinates are clamped to MOST. A gap begins beyond it and ends before it, so that it meets nothing.
 #define MOST 1e38
@@ -35,6 +35,7 @@ KERNEL fit_leaves(TREE, double origin_x, double origin_y, double origin_z) {
       const double origin[3] = {origin_x, origin_y, origin_z};
       const uint box = order[leaf];
       GLOBAL float* child = child_of(nodes, 0u, leaf);
+      child[6u * WIDTH] = box == NO_BOX || fixed_boxes[box] ? 0.0f : 1.0f;
       for (uint axis = 0u; axis < 3u; ++axis) {
         child[axis * WIDTH] = box == NO_BOX ? NOWHERE : narrow(boxes[6u * box + axis], origin[axis]);
         child[(axis + 3u) * WIDTH] = box == NO_BOX ? -NOWHERE : narrow(boxes[6u * box + 3u + axis], origin[axis]);
@@ -49,7 +50,7 @@ KERNEL fit_nodes(GLOBAL float* nodes, uint from, uint count, uint to) {
     const uint k = GROUP * TILE + i;
     if (k / WIDTH <= (count - 1u) / WIDTH) {
       GLOBAL float* child = child_of(nodes, to, k);
-      for (uint row = 0u; row < 6u; ++row) {
+      for (uint row = 0u; row < 7u; ++row) {
         float bound = row < 3u ? NOWHERE : -NOWHERE;
         for (uint c = 0u; k < count && c < WIDTH; ++c) {
           const float other = nodes[NODE * (from + k) + row * WIDTH + c];
@@ -79,7 +80,7 @@ DEVICE uint balls_overlap(GLOBAL const double* a, GLOBAL const double* b) {
   return !(dot3(apart, apart) > reach * reach);
 }
 
-// The partners of a leaf behind it: their number. They are written where `pairs` is given. Goes through the tree in the
+// The partners of a leaf behind it: their number. A fixed box meets only those that move. They are written where `pairs` is given. Goes through the tree in the
 // order of its leaves: down where boxes meet, else on to the next child or the node behind its parent.
 DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* visits) {
   const uint own = order[leaf];
@@ -87,6 +88,7 @@ DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* v
   float box[6];
   for (uint row = 0u; row < 6u; ++row) box[row] = child_of(nodes, 0u, leaf)[row * WIDTH];
   uint down = 0u;
+  const uint moves = !ended && !fixed_boxes[own];
   while (!ended) {
     if (down) {
       --level;
@@ -103,11 +105,12 @@ DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* v
       ended = 1u;
     } else {
       ++*visits;
-      if (meets(child_of(nodes, first[level], k), box)) {
+      GLOBAL const float* child = child_of(nodes, first[level], k);
+      if ((moves || child[6u * WIDTH] > 0.0f) && meets(child, box)) {
         down = level > 0u;
         if (!down) {
           const uint other = order[k];
-          if (!(fixed_boxes[own] && fixed_boxes[other]) && overlap(boxes + 6u * own, boxes + 6u * other) &&
+          if (overlap(boxes + 6u * own, boxes + 6u * other) &&
               balls_overlap(balls + 4u * own, balls + 4u * other)) {
             if (writes) {
               pairs[2u * found] = own < other ? own : other;

@@ -12,7 +12,7 @@ from ..checks import Array
 from .backend import Backend, Memory, no_room
 from .methods import tiles
 
-WIDTH, NODE = 8, 48
+WIDTH, NODE = 8, 56
 """children and floats of a node, as pairs.cl has them"""
 MOST_PAIRS = 1 << 31
 """whose places a kernel can count"""

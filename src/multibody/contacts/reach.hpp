@@ -7,13 +7,14 @@
 
 namespace amontons {
 
-// Poses of the bodies, their velocities v over h, and the largest gap that counts. pairs: who finds the boxes
-// that overlap; null: this library.
+// Poses of the bodies, their velocities v over h, and the largest gap that counts. Threads: 0 for one per
+// core. Pairs: who finds boxes that overlap; null: this library. Results depend on neither.
 struct Reach {
   const Model& model;
   const BodyFrames& bodies;
   const BodyVelocities& v;
   double h, margin;
+  unsigned threads = 1;
   const PairSearch* pairs = nullptr;
 };
 

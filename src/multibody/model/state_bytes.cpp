@@ -85,7 +85,7 @@ struct ByteReader {
     // Contacts alone vary in number. All other arrays have an entry per body, joint, dof and so on, and the
     // step reads them by indices of the model without a check.
     AMONTONS_REQUIRE(width == sizeof(T) && count <= bytes.size() / sizeof(T) &&
-                         (std::is_same_v<T, Contact> || count == list.size()),
+                         (std::is_same_v<T, CarriedContact> || count == list.size()),
                      "state: the bytes are those of another model or version");
     list.resize(count);
     raw(list.data(), count * sizeof(T));
@@ -101,14 +101,6 @@ template <class T>
 bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   static_assert(std::is_trivially_copyable_v<T>);
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-// A step reads these members of a contact; the rest follows from the poses.
-bool same_bits(const std::vector<Contact>& a, const std::vector<Contact>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& c, const Contact& d) {
-    return c.geom_a == d.geom_a && c.geom_b == d.geom_b && c.state == d.state &&
-           same_bits(c.local, d.local) && same_bits(c.impulse, d.impulse) &&
-           same_bits(c.angular_impulse, d.angular_impulse) && same_bits(c.slip, d.slip);
-  });
 }
 
 // Time and the number of steps are the first two fields.

@@ -24,10 +24,10 @@ struct SmoothInput {
   const BodyVelocities &start, &free;
   const std::vector<GyroscopicSpin>& spins;
   const std::vector<Contact>& contacts;
-  const std::vector<unsigned char>& carried;  // per contact: it had an impulse in the last step
-  double h, last;                             // s, of this step and of the last one; 0: there is none
-  double fall;                                // m/s, that gravity adds in a step
-  double closed;                              // m, gaps up to this one count as closed
+  const std::vector<Index>& known;  // per contact: -1 unless it had an impulse in the last step
+  double h, last;                   // s, of this step and of the last one; 0: there is none
+  double fall;                      // m/s, that gravity adds in a step
+  double closed;                    // m, gaps up to this one count as closed
   const Forest& forest;
   TreeStep& trees;
 };
