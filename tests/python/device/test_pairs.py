@@ -50,6 +50,7 @@ CLOUDS = {
     "1e12 radii away": lambda: cloud(600, 1, far=1e12),
     "at the end of floats": lambda: cloud(100, far=1e300),
     "all fixed": lambda: (*cloud(200)[:2], np.ones(200, dtype=bool), cloud(200)[3]),
+    "few move": lambda: (*cloud(3000, 1)[:2], np.arange(3000) % 50 != 3, cloud(3000, 1)[3]),
     "one huge ball and planes": with_huge,
     "balls and boxes": mixed,
 }
