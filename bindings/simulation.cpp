@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "amontons/base/interrupt.hpp"
+#include "amontons/collision/broad_phase.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -187,6 +188,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("budget", &O::budget)
       .def_rw("threads", &O::threads)
       .def_rw("iterates", &O::iterates, nb::arg().none())
+      .def_rw("pairs", &O::pairs, nb::arg().none())
       .def_rw("margin", &O::margin)
       .def_prop_rw(
           "recovery", [](const O& o) { return o.recovery == Recovery::velocity ? "velocity" : "projection"; },

@@ -150,6 +150,11 @@ class IterateSource:
 
     def __init__(self, name: str, make: Callable, with_layout: bool, least_contacts: int, as_method: bool = False) -> None: ...
 
+class PairSearch:
+    """Who finds boxes that overlap, in place of the library."""
+
+    def __init__(self, find: Callable, least: int) -> None: ...
+
 class DeviceLayout:
     """The arrays of the passes, as a device reads them."""
 
@@ -450,8 +455,10 @@ def sum_of_solids(a: tuple[float, Sequence[float], Sequence[Sequence[float]]], b
 def collide(shape_a: Shape, position_a: Sequence[float], orientation_a: Sequence[float], shape_b: Shape, position_b: Sequence[float], orientation_b: Sequence[float], margin: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
     """(n, 7): point, normal from B to A, gap."""
 
-def broad_phase(lower: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], fixed: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
-    """(k, 2): the pairs of boxes that overlap."""
+def broad_phase(lower: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], fixed: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu', writable=False)], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outside: PairSearch | None = None) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
+    """
+    (k, 2): the pairs of boxes that overlap, with balls in their middles that do.
+    """
 
 class Motion(enum.Enum):
     dynamic = 0
@@ -2135,6 +2142,12 @@ class SimulationOptions:
 
     @iterates.setter
     def iterates(self, arg: IterateSource | None, /) -> None: ...
+
+    @property
+    def pairs(self) -> PairSearch: ...
+
+    @pairs.setter
+    def pairs(self, arg: PairSearch | None, /) -> None: ...
 
     @property
     def margin(self) -> float: ...

@@ -98,25 +98,25 @@ void clear(auto& node) {
 
 }  // namespace
 
-void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                            std::vector<IndexPair>& pairs) {
-  fixed_ = fixed;
+void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside) {
+  bounds_ = bounds;
+  const std::span<const Aabb> boxes = bounds.boxes;
   found_.clear();
   set_aside_infinite(boxes);
+  if (outside && (finite_.empty() || finite_.size() < outside->least)) outside = nullptr;
   // An earlier order is valid for any boxes; it only gets slower as they move, and between steps of a
   // simulation nothing moves far. It is replaced once a search costs half as much again as the first one in
   // it.
   bool done = false;
-  if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
-    fit(boxes);
-    done = search(built_visits_ + built_visits_ / 2);
-  }
+  if (built_for_ == boxes.size() && infinite_ == last_infinite_ && built_outside_ == (outside != nullptr))
+    done = search(outside, built_visits_ + built_visits_ / 2);
   if (!done) {
     found_.clear();
+    built_for_ = 0;  // none until the search has ended
     build(boxes);
-    fit(boxes);
-    search(std::numeric_limits<std::size_t>::max());
+    search(outside, std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
+    built_outside_ = outside != nullptr;
     last_infinite_ = infinite_;
     built_visits_ = visits_;
   }
@@ -246,7 +246,7 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
         enclose(levels_[depth - 1][k], box);
         moves = levels_[depth - 1][k].moves != 0;
       } else if (order_[k] >= 0) {
-        moves = !fixed_[order_[k]];
+        moves = !bounds_.fixed[order_[k]];
         const Aabb& b = boxes_[k] = boxes[order_[k]];
         for (int axis = 0; axis < 3; ++axis) {
           box[axis] = narrow(b.lower[axis], origin_[axis]);
@@ -264,10 +264,20 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Finds every pair of overlapping boxes in the tree. The search runs by groups and not by pairs of nodes: the
-// box of eight leaves is tight, and the descent for one group stays in the cache. Returns false after more
-// visits than the limit.
-bool BroadPhase::search(std::size_t limit) {
+// Finds every pair of overlapping finite boxes. Returns false after more visits than the limit: there are
+// better orders than this one.
+bool BroadPhase::search(const PairSearch* outside, std::size_t limit) {
+  if (outside) {
+    visits_ = outside->find({bounds_, order_, origin_}, found_);
+    return visits_ <= limit;
+  }
+  fit(bounds_.boxes);
+  return search_groups(limit);
+}
+
+// Finds the pairs in the tree. The search runs by groups and not by pairs of nodes: the
+// box of eight leaves is tight, and the descent for one group stays in the cache.
+bool BroadPhase::search_groups(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {
@@ -342,7 +352,9 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
 // Tests in double, with the given boxes, the pairs that the floats accept: rounding to float only affects the
 // time.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
-  if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
+  if ((bounds_.fixed[a] && bounds_.fixed[b]) || !is_overlap(box_a, box_b) ||
+      !is_overlap(bounds_.balls[a], bounds_.balls[b]))
+    return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 

@@ -62,6 +62,10 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
+// A ball that is larger by this factor contains what arithmetic takes for its surface.
+constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
 }  // namespace
 
 // Poses do not change between the searches of a step. So the first search places the geoms, and the others
@@ -85,11 +89,13 @@ void ContactFinder::place_geoms(const Reach& reach) {
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
 // centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the boxes of
-// all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
+// all pairs that could touch overlap. So do the balls of spheres, which grow by the travel in every
+// direction. A plane has no box, but a height up to which it may reach.
 void ContactFinder::reach_out(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   boxes_ = bounds_;
+  balls_.resize(geoms.size());
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   const auto reach_of = [&](std::size_t g) {
@@ -100,6 +106,9 @@ void ContactFinder::reach_out(const Reach& reach) {
     const Vec3 way = reach.h * motions_[g].centre;
     const double grow =
         0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
+    const auto* sphere = std::get_if<Sphere>(&geom.shape);
+    balls_[g] = {frames_[g].position,
+                 sphere ? with_rounding * (sphere->radius + grow + norm(way)) : unbounded};
     for (int i = 0; i < 3; ++i) {
       boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
       boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
@@ -125,7 +134,8 @@ bool ContactFinder::is_reached(Index a, Index b) const {
   return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
 }
 
-void ContactFinder::find_pairs(const Model& model, std::span<const unsigned char> stay) {
+void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char> stay) {
+  const Model& model = reach.model;
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
@@ -133,7 +143,7 @@ void ContactFinder::find_pairs(const Model& model, std::span<const unsigned char
         pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs(boxes_, stay, pairs_);
+  broad_phase_.find_pairs({boxes_, balls_, stay}, pairs_, reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);
@@ -203,7 +213,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   standing_.begin(reach);
   place_geoms(reach);
   reach_out(reach);
-  find_pairs(reach.model, fixed_);
+  find_pairs(reach, fixed_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
@@ -274,7 +284,7 @@ void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contact
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
   reach_out(reach);
-  find_pairs(reach.model, fixed_);
+  find_pairs(reach, fixed_);
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
   visit(reach, pairs_, points_, one_moves, [&](const Contact& contact, double closing) {
     if (closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts))
@@ -310,7 +320,7 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
   reach_out(reach);
-  find_pairs(model, stay_);
+  find_pairs(reach, stay_);
   visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (edges_.passes(reach, frames_, contact)) return;

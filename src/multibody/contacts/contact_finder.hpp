@@ -97,7 +97,7 @@ class ContactFinder {
   bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
   // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
-  void find_pairs(const Model& model, std::span<const unsigned char> stay);
+  void find_pairs(const Reach& reach, std::span<const unsigned char> stay);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
   bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
@@ -109,6 +109,7 @@ class ContactFinder {
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
   std::vector<Aabb> bounds_, boxes_;             // of the shapes in their poses; of what they may reach
+  std::vector<Ball> balls_;                      // likewise of what spheres may reach
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;

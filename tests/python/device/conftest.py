@@ -4,7 +4,14 @@ import pytest
 from amontons import _core
 from amontons.device import found
 from amontons.problem.iterate import source_of_name
+from host_kernels import compiled
 from numpy_iterate import NumpyIterate
+
+
+@pytest.fixture(scope="session")
+def host(tmp_path_factory):
+    """The kernels as CUDA C++ on the processor."""
+    return compiled(tmp_path_factory.mktemp("cuda"))
 
 
 @pytest.fixture(autouse=True)
