@@ -1,9 +1,10 @@
-"""Devices: ns per contact and iteration beside the copy rate of the device, steps of simulations, joints.
+"""Devices: ns per contact and iteration beside the copy rate of the device, phases of steps, joints, a film.
 
-    python benchmarks/device.py [--device NAME ...] [--largest CONTACTS] [--out FOLDER]
+    python benchmarks/device.py [--device NAME ...] [--largest CONTACTS] [--quick] [--out FOLDER]
 
-Runs on every GPU that is found, or on the devices that are named; writes device.csv, simulations.csv and
-environment.csv to benchmarks/results/<device>. It needs Python, NumPy, a compiler, and CuPy or pyopencl.
+Runs on every GPU that is found, or on the devices that are named. It writes device.csv, joints.csv,
+simulations.csv, environment.csv and avalanche.webp to benchmarks/results/<device>. It needs Python, NumPy, a
+compiler, and CuPy or pyopencl. --quick shows that everything runs: `--device opencl --quick` by pocl.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import csv
 import os
 import platform
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
@@ -31,6 +34,7 @@ RESULTS = Path(__file__).resolve().parent / "results"
 BYTES = {"p-spg-fb": 408, "apgd": 512}
 """bytes per contact and iteration, as kernels.cl counts them"""
 BYTES_OF_BODY = 160
+PHASES = ("collision", "assembly", "solve", "integration", "total")
 HOST_BYTES = 1500
 """per contact, that problem and layout take on the host"""
 
@@ -111,7 +115,7 @@ def fits_host(contacts: int) -> bool:
 
 
 def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterator[dict[str, Any]]:
-    n = 10_000
+    n = 1_000 if options.quick else 10_000
     while n <= options.largest and fits_host(n):
         begun = perf_counter()
         problem = lattice(n)
@@ -155,8 +159,20 @@ def with_joints(backend: Backend) -> Iterator[dict[str, Any]]:
             }  # fmt: skip
 
 
+def phases(sim: amontons.Simulation, steps: int) -> dict[str, float]:
+    """ms of a step by its phases, and iterations: means over some steps, after one that fills the memory."""
+    sim.step()
+    sums: dict[str, float] = dict.fromkeys((*PHASES, "iterations"), 0.0)
+    for _ in range(steps):
+        report = sim.step()
+        sums["iterations"] += report.iterations / steps
+        for phase in PHASES:
+            sums[phase] += 1e3 * getattr(report.timings, phase) / steps
+    return sums
+
+
 def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[dict[str, Any]]:
-    """The same steps of falling spheres on the CPU and on the device: s per step."""
+    """The same steps of falling spheres on the CPU and on the device."""
     for count in counts:
         model = scenes.make("spheres_in_box", count=count, radius=0.05)
         start = amontons.Simulation(model, tolerance=1e-2, max_iterations=20, on_failure="ignore")
@@ -167,14 +183,19 @@ def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[d
             sim.change_options(
                 device=name, device_contacts=1, method="apgd", tolerance=1e-3, max_iterations=300
             )
-            begun = perf_counter()
-            iterations = sum(sim.step().iterations for _ in range(steps))
             where = "cpu" if name == "cpu" else "device"
-            row |= {
-                f"s_step_{where}": (perf_counter() - begun) / steps,
-                f"iterations_{where}": iterations / steps,
-            }
+            for key, value in phases(sim, steps).items():
+                row[f"{key}_{where}" if key == "iterations" else f"{key}_ms_{where}"] = value
         yield row | {"contacts": len(sim.contacts)}
+
+
+def film(device: Device, path: Path, count: int, duration: float) -> None:
+    """An avalanche on the device, by the command that users have."""
+    words = ["run", "avalanche", "--count", str(count), "--duration", str(duration), "--method", "apgd"]
+    words += ["--tolerance", "1e-3", "--device", device.name, "--film", str(path), "--azimuth", "-55"]
+    subprocess.run([sys.executable, "-m", "amontons", *words], check=False)  # 1: a step missed its tolerance
+    if not path.exists():
+        raise SystemExit(f"{path}: no film was drawn")
 
 
 def write(path: Path, rows: list[dict[str, Any]]) -> None:
@@ -198,7 +219,7 @@ def measure(device: Device, options: argparse.Namespace) -> None:
     rows = list(sizes(options, backend, rate))
     write(folder / "device.csv", rows)
     write(folder / "joints.csv", list(with_joints(backend)))
-    counts = tuple(n for n in (10_000, 100_000) if n <= options.largest)
+    counts = (300,) if options.quick else tuple(n for n in (10_000, 100_000) if n <= options.largest)
     if counts:
         write(folder / "simulations.csv", list(simulated(device, counts, steps=5)))
     environment = {
@@ -207,6 +228,7 @@ def measure(device: Device, options: argparse.Namespace) -> None:
         "amontons": amontons.__version__, "numpy": np.__version__, "date": date.today().isoformat(),
     }  # fmt: skip
     write(folder / "environment.csv", [environment])
+    film(device, folder / "avalanche.webp", *((60, 0.3) if options.quick else (20_000, 1.2)))
 
 
 def main() -> None:
@@ -214,7 +236,10 @@ def main() -> None:
     parser.add_argument("--device", action="append", help="devices by name (default: every GPU)")
     parser.add_argument("--largest", type=int, default=10_000_000, help="contacts of the largest problem")
     parser.add_argument("--out", type=Path, help="folder for the CSV files (default: by device)")
+    parser.add_argument("--quick", action="store_true", help="a sample, to see that everything runs")
     options = parser.parse_args()
+    if options.quick:
+        options.largest = min(options.largest, 1_000)
     named = [chosen_device(name) for name in options.device or ()]
     chosen = named or [d for d in amontons.devices() if d.kind == "gpu" and d.doubles]
     if not chosen:

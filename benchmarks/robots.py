@@ -1,16 +1,17 @@
 """Every model file of a folder beside MuJoCo: does it load, run, and move alike?
 
     python benchmarks/robots.py [FOLDER] [--duration 2] [--dt 5e-3] [--only PART ...] [--jobs N] [--check]
-                                [--trees none|auto|both] [--fall]
+                                [--trees none|auto|both] [--fall] [--scenes]
 
 Finds MJCF (files with the root <mujoco> that no other includes) and URDF files, runs each with the defaults
 in a process of its own with a limit of wall clock, writes robots.csv, a row per model, and prints which
 models do what none should. Of the data folder's own, without options, it also writes robots_2ms.csv, the
 same with a step of 2 ms.
 With --trees both each model runs with both forms of joints and in MuJoCo, in turns, with steps of 2 ms: a
-row per model in robots_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the
-work of their steps is counted: robots_fall.csv; with --trees both that of large islands, with trees and with
-rows: robots_large.csv. Speeds are comparable with --jobs 1 only.
+row per model in robots_forms.csv; with --scenes those of amontons.scenes that have joints in place of files,
+in scenes_forms.csv. With --fall robots lie and move on the floor (robot/fall_cases.py), and the work of their
+steps is counted: robots_fall.csv; with --trees both that of large islands, with trees and with rows:
+robots_large.csv. Speeds are comparable with --jobs 1 only.
 
 Columns of robots.csv:
 - not_read: elements that the loader left out; outcome: a refusal, or a run that did not end.
@@ -55,6 +56,8 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+import amontons
+import amontons.scenes
 from common import SAMPLE, arguments, progress, with_folders, write_csv
 from robot import falls
 
@@ -102,8 +105,8 @@ def content(path: Path) -> tuple[str, str]:
 
 
 def models(folder: Path) -> list[Path]:
-    """MJCF and URDF files below the folder, without those that another one includes."""
-    found, included = [], set()
+    """MJCF, URDF and our own files below the folder, without those that another one includes."""
+    found, included = sorted(folder.rglob("*.json")), set()
     for path in sorted(p for p in folder.rglob("*") if p.suffix in (".xml", ".mjcf", ".urdf")):
         text, root = content(path)
         if root not in ("mujoco", "robot"):
@@ -112,6 +115,14 @@ def models(folder: Path) -> list[Path]:
         names = re.findall(r"<include\s[^>]*?file\s*=\s*[\"']([^\"']+)[\"']", text)
         included |= {(path.parent / name).resolve() for name in names}
     return [path for path in found if path.resolve() not in included]
+
+
+def write_scenes(folder: Path) -> None:
+    """Models of scenes with joints, as files."""
+    for name in amontons.scenes.names():
+        model = amontons.scenes.make(name)
+        if model.joints:
+            amontons.write_model(model, folder / f"{name}.json")
 
 
 def run(path: Path, options: Any) -> Row:
@@ -262,6 +273,7 @@ def main() -> int:
     parser.add_argument("--dt", type=float, help="time step (default: that of Simulation)")
     parser.add_argument("--trees", choices=("none", "auto", "both"), default="auto", help="form of joints")
     parser.add_argument("--fall", action="store_true", help="count the work of robots on the floor")
+    parser.add_argument("--scenes", action="store_true", help="with --trees both: scenes in place of files")
     parser.add_argument("--only", nargs="+", metavar="PART", help="models whose path holds one of these")
     parser.add_argument("--jobs", type=int, default=1, help="models at a time")
     parser.add_argument("--limit", type=float, help="wall clock of a model (default: 60 s)")
@@ -281,6 +293,12 @@ def main() -> int:
         return 0 if ours else 1
     if options.fall:
         return fall(options)
+    if forms and options.scenes:
+        with tempfile.TemporaryDirectory() as folder:
+            options.folder = Path(folder).resolve()
+            write_scenes(options.folder)
+            run_all(options, options.out / "scenes_forms.csv")
+        return 0
     if forms:
         run_all(options, options.out / "robots_forms.csv")
         return 0

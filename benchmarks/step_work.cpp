@@ -1,6 +1,6 @@
 // Time steps of a model for callgrind: step_work.py runs it and reads the profile.
 //
-//   step_work MODEL.json DT BEFORE STEPS CONTROL...
+//   step_work MODEL.json DT TOLERANCE BEFORE STEPS CONTROL...
 //
 // The model is a file of amontons.write_model. The controls (units of the actuators and motors, in the order
 // of the model) are the same in all steps. The last STEPS steps are made in counted_steps(), at which
@@ -32,21 +32,22 @@ extern "C" __attribute__((noinline)) double counted_steps(amontons::Simulation& 
 }
 
 int main(int argc, char** argv) {
-  if (argc < 5) {
-    std::fputs("usage: step_work MODEL.json DT BEFORE STEPS CONTROL...\n", stderr);
+  if (argc < 6) {
+    std::fputs("usage: step_work MODEL.json DT TOLERANCE BEFORE STEPS CONTROL...\n", stderr);
     return 2;
   }
   try {
     const auto model = std::make_shared<Model>(read_model_file(argv[1]));
     SimulationOptions options;
     options.dt = std::atof(argv[2]);
+    options.tolerance = std::atof(argv[3]);
     options.threads = 1;
     Simulation simulation(model, options);
     auto& controls = simulation.state().controls;
-    for (std::size_t k = 0; k < controls.size() && k + 5 < static_cast<std::size_t>(argc); ++k)
-      controls[k] = std::atof(argv[k + 5]);
-    steps(simulation, std::atoi(argv[3]));
-    const int count = std::atoi(argv[4]);
+    for (std::size_t k = 0; k < controls.size() && k + 6 < static_cast<std::size_t>(argc); ++k)
+      controls[k] = std::atof(argv[k + 6]);
+    steps(simulation, std::atoi(argv[4]));
+    const int count = std::atoi(argv[5]);
     std::printf("%.17g\n", counted_steps(simulation, count) / count);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "step_work: %s\n", error.what());

@@ -4,14 +4,14 @@
                                    [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
 
 Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
-corners, on a height field and beside a pile, which the script builds. Controls are random and constant,
-within a quarter of their range.
+corners, on a height field and beside a pile, which the script builds, and a pile of spheres. Controls are
+random and constant, within a quarter of their range.
 
 A row per model and stage: thousands of instructions per step, and those of MuJoCo (defaults, same step and
-controls) for MJCF. A stage is the sum of functions (STAGES), each with all that it calls; "step"
-is the whole, "rest" what no stage has. Bytes that are copied by "rep movs" count as an instruction each.
---functions lists all functions of the library with at least 1 %
-of the step instead. --beside prints the ratio to the rows of an earlier run. --program takes the program of
+controls) for MJCF; "contacts" are those of a step, in thousands. A stage is the sum of functions (STAGES),
+each with all that it calls; "step" is the whole, "rest" what no stage has. Bytes that are copied by "rep
+movs" count as an instruction each. --functions lists all functions of the library with at least 1 % of the
+step instead. --beside prints the ratio to the rows of an earlier run. --program takes the program of
 another build. Needs valgrind, and the program: cmake --build build/python --target step_work.
 """
 
@@ -27,11 +27,13 @@ import tempfile
 import warnings
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import amontons
+import amontons.scenes
 import numpy as np
 from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape
 from common import ROOT, SAMPLE, arguments, read_csv, with_folders, write_csv
@@ -39,8 +41,8 @@ from rich.console import Console
 from rich.table import Table
 
 PROGRAM = ROOT / "build" / "python" / "benchmarks" / "step_work"
-BEFORE, QUICK = 100, 5
-"""Steps before those that count, in which initial overlaps and falls pass; steps that count in a sample."""
+QUICK = 5
+"""Steps that count in a sample."""
 SHARE = 0.25
 """of the range of a control: how far it is from its middle at most"""
 LEAST = 0.01
@@ -60,10 +62,10 @@ STAGES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "positions": (("correct",), ()),
     "impacts, stiffening": (("resolve_impacts", "end_impacts"), ()),
     "rows": (
-        ("append_joint_rows", "reflect_joints", "assemble", "warm_start_contacts"),
+        ("append_joint_rows", "reflect_joints", "assemble_system", "warm_start_contacts"),
         ("mj_makeConstraint", "mj_projectConstraint", "mj_referenceConstraint", "mj_island"),
     ),
-    "second order": (("turn_contacts", "foresee_tree_velocities", "change_free"), ()),
+    "second order": (("find_turns", "foresee_tree_velocities"), ()),
     "solve": (("find_rest", "solve_beside"), ("mj_fwdConstraint",)),
     "look ahead": (("ContactFinder::find_unforeseen",), ()),
     "energy balance": (("balance_of",), ()),
@@ -101,6 +103,20 @@ ROBOTS = (
     "example-robot-data/robots/laikago_description/urdf/laikago.urdf",
 )  # fmt: skip
 Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How a model is stepped; the steps before those that count let initial overlaps and falls pass."""
+
+    dt: float
+    """s"""
+    tolerance: float
+    before: int
+    steps: int
+
+
+USUAL, OF_PILE = Pace(2e-3, 1e-6, 100, 50), Pace(1e-2, 1e-3, 20, 5)
 
 
 def on_feet(corners: int, ground: Shape | None = None) -> amontons.Model:
@@ -151,6 +167,8 @@ def add_robot(builder: amontons.ModelBuilder, foot: Shape, height: float, ground
         builder.add_revolute_joint(trunk, end, point=(x, y, height), axis=(0, 1, 0), damping=0.5)
 
 
+PILE = "1000 spheres in a box"
+"""Of the steps that growth.py divides into stages."""
 SCENES: dict[str, Callable[[], amontons.Model]] = {
     "feet of 50 corners": partial(on_feet, 50),
     "feet of 500 corners": partial(on_feet, 500),
@@ -160,6 +178,7 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "wheels on 100 x 100 heights": partial(on_wheels, 100),
     "wheels in a tree beside a pile": partial(beside_a_pile, "auto"),
     "wheels on rows beside a pile": partial(beside_a_pile, "none"),
+    PILE: lambda: amontons.scenes.get("spheres_in_box").make(count=1000, mu=0.5),
 }
 
 
@@ -181,40 +200,49 @@ def controls(model: amontons.Model, seed: int) -> list[float]:
     return given
 
 
-def profile(name: str, model: amontons.Model, options: argparse.Namespace) -> Path | str:
-    """Writes callgrind's profile of the counted steps to options.folder; or what went wrong."""
-    file, out = options.folder / "model.json", options.folder / "profile"
+def pace_of(name: str, options: argparse.Namespace) -> Pace:
+    pace = OF_PILE if name == PILE else USUAL
+    steps = options.steps or (min(QUICK, pace.steps) if options.quick else pace.steps)
+    return Pace(options.dt or pace.dt, pace.tolerance, pace.before, steps)
+
+
+def profile(name: str, model: amontons.Model, pace: Pace, folder: Path, program: Path) -> tuple[Path, float]:
+    """callgrind's profile of the counted steps, and their mean number of contacts."""
+    file, out = folder / "model.json", folder / "profile"
     amontons.write_model(model, file)
-    return collected(WHOLE, out, (options.program, file), name, model, options)
+    given = (pace.dt, pace.tolerance, pace.before, pace.steps, *controls(model, zlib.crc32(name.encode())))
+    printed = collect(WHOLE, out, (program, file, *given), folder)
+    return out, float(printed.split()[-1])
 
 
-def their_profile(name: str, model: amontons.Model, options: argparse.Namespace) -> Path | None:
-    """The same of MuJoCo's steps; None if the model is no MJCF file."""
+def their_profile(
+    name: str, model: amontons.Model, pace: Pace, folder: Path, options: argparse.Namespace
+) -> Path | None:
+    """The same of MuJoCo's steps; None if the model is no MJCF file, or MuJoCo cannot step it."""
     path = Path(name) if Path(name).is_file() else options.data / "robots" / name
     if path.suffix != ".xml" or not path.is_file():
         return None
-    out = options.folder / "their_profile"
-    made = collected(
-        THEIR_STEP, out, (sys.executable, "-c", THEIR_STEPS, path.resolve()), name, model, options
-    )
-    return made if isinstance(made, Path) else None
+    out = folder / "their_profile"
+    given = (pace.dt, pace.before, pace.steps, *controls(model, zlib.crc32(name.encode())))
+    try:
+        collect(THEIR_STEP, out, (sys.executable, "-c", THEIR_STEPS, path.resolve(), *given), folder)
+    except OSError:
+        return None
+    return out
 
 
-def collected(
-    within: str,
-    out: Path,
-    program: Sequence[object],
-    name: str,
-    model: amontons.Model,
-    options: argparse.Namespace,
-) -> Path | str:
-    """callgrind's profile of what a program does in one function, or the last line of its errors."""
+def collect(within: str, out: Path, program: Sequence[object], folder: Path) -> str:
+    """Writes callgrind's profile of what a program does in one function. Returns what the program printed.
+
+    OSError with the last line of its errors if it fails.
+    """
     command = [
-        "valgrind", "--tool=callgrind", f"--toggle-collect={within}", f"--callgrind-out-file={out}",
-        *program, options.dt, BEFORE, options.steps, *controls(model, zlib.crc32(name.encode())),
+        "valgrind", "--tool=callgrind", f"--toggle-collect={within}", f"--callgrind-out-file={out}", *program,
     ]  # fmt: skip
-    ended = subprocess.run(list(map(str, command)), capture_output=True, text=True, cwd=options.folder)
-    return ended.stderr.strip().splitlines()[-1] if ended.returncode else out
+    ended = subprocess.run(list(map(str, command)), capture_output=True, text=True, cwd=folder)
+    if ended.returncode:
+        raise OSError(ended.stderr.strip().splitlines()[-1])
+    return ended.stdout
 
 
 def inclusive_costs(profile: Path) -> dict[str, int]:
@@ -246,16 +274,16 @@ def stages(costs: dict[str, int], whole: str, ours: bool) -> dict[str, int]:
 
 
 def rows_of(
-    name: str, costs: dict[str, int], theirs: dict[str, int] | None, options: argparse.Namespace
+    name: str, costs: dict[str, int], theirs: dict[str, int] | None, steps: int, functions: bool
 ) -> Iterator[Row]:
     parts = stages(costs, WHOLE, ours=True)
-    if options.functions:
+    if functions:
         listed = {f: c for f, c in costs.items() if f != WHOLE and c >= LEAST * costs[WHOLE]}
         parts = {"step": costs[WHOLE], **dict(sorted(listed.items(), key=lambda part: -part[1]))}
     beside = stages(theirs, THEIR_STEP, ours=False) if theirs else {}
     for part, cost in parts.items():
-        mujoco = 1e-3 * beside[part] / options.steps if part in beside else None
-        yield {"model": name, "part": part, "thousands": 1e-3 * cost / options.steps, "mujoco": mujoco}
+        mujoco = 1e-3 * beside[part] / steps if part in beside else None
+        yield {"model": name, "part": part, "thousands": 1e-3 * cost / steps, "mujoco": mujoco}
 
 
 def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
@@ -297,16 +325,14 @@ def main() -> None:
         "--only", nargs="+", default=[], metavar="PART", help="models whose name holds one of these"
     )
     parser.add_argument("--functions", action="store_true", help="functions instead of stages")
-    parser.add_argument("--steps", type=int, default=50, help="steps that count (default: 50)")
-    parser.add_argument("--dt", type=float, default=2e-3, help="time step (s)")
+    parser.add_argument("--steps", type=int, help="steps that count (default: 50; of the pile 5)")
+    parser.add_argument("--dt", type=float, help="time step (default: 2e-3 s; of the pile 1e-2 s)")
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--beside", type=Path, metavar="CSV", help="an earlier run to compare with")
     options = parser.parse_args()
     if options.only or options.files or options.functions:  # not the run whose results are kept
         options.out = options.out or SAMPLE
     with_folders(options)
-    if options.quick:
-        options.steps = QUICK
     missing = [p for p in ("valgrind", "callgrind_annotate", options.program) if not shutil.which(p)]
     if missing:
         print(f"step_work: skipped, there is no {missing[0]}; install valgrind, build the target step_work")
@@ -315,18 +341,17 @@ def main() -> None:
     for name, make in chosen(options).items():
         with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
             warnings.simplefilter("ignore")
-            options.folder = Path(folder)
+            pace = pace_of(name, options)
             try:
                 model = make()
-                out = profile(name, model, options)
+                ours, contacts = profile(name, model, pace, Path(folder), options.program)
             except (amontons.InputError, OSError) as error:
-                out = str(error)
-            if isinstance(out, str):
-                print(f"step_work: {name}: skipped, {' '.join(out.split())[:200]}")
-            else:
-                beside = their_profile(name, model, options)
-                theirs = inclusive_costs(beside) if beside else None
-                rows += rows_of(name, inclusive_costs(out), theirs, options)
+                print(f"step_work: {name}: skipped, {' '.join(str(error).split())[:200]}")
+                continue
+            beside = their_profile(name, model, pace, Path(folder), options)
+            theirs = inclusive_costs(beside) if beside else None
+            rows += rows_of(name, inclusive_costs(ours), theirs, pace.steps, options.functions)
+            rows.append({"model": name, "part": "contacts", "thousands": 1e-3 * contacts, "mujoco": None})
     earlier = read_csv(options.beside) if options.beside else []
     show(rows, {(row["model"], row["part"]): float(row["thousands"]) for row in earlier})
     write_csv(options.out / "step_work.csv", rows)

@@ -1,6 +1,7 @@
 #include <cstring>
 
 #include "amontons/base/leave.hpp"
+#include "amontons/collision/broad_phase.hpp"
 #include "amontons/solvers/first_order/device_layout.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
@@ -167,7 +168,9 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   auto out = std::make_shared<IterateSource>();
   out->name = std::move(name);
   out->takes = [with_layout, least_contacts](const Problem& problem) {
-    return !with_layout || (problem.K.contacts() >= least_contacts && DeviceLayout::fits(problem));
+    // Where positions are corrected, a contact is the row of its normal.
+    const std::size_t contacts = problem.K.contacts() + problem.K.all<NonNegative>().size();
+    return !with_layout || (contacts >= least_contacts && DeviceLayout::fits(problem));
   };
   const auto made_as = [make = hold(std::move(make))]<class T>(T*, const Problem& problem, auto... rest) {
     nb::gil_scoped_acquire gil;
@@ -183,6 +186,34 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
     out->make = [made_as](const Problem& problem, Law law) {
       return made_as(static_cast<PythonIterate*>(nullptr), problem, law);
     };
+  return out;
+}
+
+// find(leaves, boxes, balls, fixed, origin): visits, and pairs as rows. The arrays are those of the caller,
+// during the call only.
+std::shared_ptr<PairSearch> pair_search(nb::callable find, std::size_t least) {
+  auto out = std::make_shared<PairSearch>();
+  out->least = least;
+  out->find = [find = hold(std::move(find))](const BoxOrder& given, std::vector<IndexPair>& pairs) {
+    static_assert(sizeof(Aabb) == 6 * sizeof(double) && sizeof(Ball) == 4 * sizeof(double) &&
+                  sizeof(IndexPair) == 2 * sizeof(std::int32_t));
+    const auto& [boxes, balls, fixed] = given.bounds;
+    nb::gil_scoped_acquire gil;
+    const auto array = [](const auto* data, auto... shape) {
+      using T = std::remove_pointer_t<decltype(data)>;
+      return nb::cast(nb::ndarray<nb::numpy, T>(data, {shape...}), nb::rv_policy::reference);
+    };
+    const nb::object told =
+        (*find)(array(given.leaves.data(), given.leaves.size()),
+                array(&boxes.data()->lower.x, boxes.size(), std::size_t{6}),
+                array(&balls.data()->centre.x, balls.size(), std::size_t{4}),
+                array(fixed.data(), fixed.size()), array(&given.origin.x, std::size_t{3}));
+    using Rows = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+    const auto rows = nb::cast<Rows>(told[1]);
+    AMONTONS_REQUIRE(rows.shape(1) == 2, "find() must return (n, 2) numbers of boxes");
+    for (std::size_t k = 0; k < rows.shape(0); ++k) pairs.emplace_back(rows(k, 0), rows(k, 1));
+    return nb::cast<std::size_t>(told[0]);
+  };
   return out;
 }
 
@@ -305,6 +336,8 @@ void bind_iterate(nb::module_& m) {
   nb::class_<IterateSource>(m, "IterateSource", "Where first-order methods take their iterates from.")
       .def(nb::new_(&source), nb::arg("name"), nb::arg("make"), nb::arg("with_layout"),
            nb::arg("least_contacts"), nb::arg("as_method") = false);
+  nb::class_<PairSearch>(m, "PairSearch", "Who finds boxes that overlap, in place of the library.")
+      .def(nb::new_(&pair_search), nb::arg("find"), nb::arg("least"));
   bind_layout(m);
 }
 

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "amontons/base/interrupt.hpp"
+#include "amontons/collision/broad_phase.hpp"
 #include "amontons/solvers/first_order/forwarded_iterate.hpp"
 #include "bindings.hpp"
 #include "math_casters.hpp"
@@ -98,6 +99,7 @@ void restore(Simulation& simulation, const State& saved) {
   copy(state.tendon_impulses, saved.tendon_impulses);
   copy(state.dof_slips, saved.dof_slips);
   copy(state.rub_impulses, saved.rub_impulses);
+  copy(state.bond_openings, saved.bond_openings);
   copy(state.controls, saved.controls);
   copy(state.held_forces, saved.held_forces);
   copy(state.held_torques, saved.held_torques);
@@ -186,6 +188,7 @@ void bind_options_and_report(nb::module_& m) {
       .def_rw("budget", &O::budget)
       .def_rw("threads", &O::threads)
       .def_rw("iterates", &O::iterates, nb::arg().none())
+      .def_rw("pairs", &O::pairs, nb::arg().none())
       .def_rw("margin", &O::margin)
       .def_prop_rw(
           "recovery", [](const O& o) { return o.recovery == Recovery::velocity ? "velocity" : "projection"; },
@@ -253,6 +256,7 @@ void bind_views(nb::class_<Simulation>& cls) {
   def_vector_view<&State::coupling_impulses>(cls, "coupling_impulses");
   def_view<&State::tendon_impulses>(cls, "tendon_impulses");
   def_vector_view<&State::rub_impulses>(cls, "rub_impulses");
+  def_vector_view<&State::bond_openings>(cls, "bond_openings");
   def_vector_view<&State::controls>(cls, "controls");
   def_vector_view<&State::held_controls>(cls, "held_controls");
   def_vector_view<&State::held_joint_forces>(cls, "held_joint_forces");

@@ -42,10 +42,10 @@ void set_entries(std::vector<double>& values, const Vector& given, const char* n
 // The data of the last contacts that a step reads: geoms, the point on A, impulse and angular impulse, slip.
 OutMatrix contact_rows(const State& state) {
   std::vector<double> out;
-  for (const Contact& c : state.contacts) {
+  for (const CarriedContact& c : state.contacts) {
     out.insert(out.end(), {static_cast<double>(c.geom_a), static_cast<double>(c.geom_b)});
     for (const Vec3& v : {c.local, c.impulse, c.angular_impulse}) out.insert(out.end(), {v.x, v.y, v.z});
-    out.push_back(c.state == ContactState::slip ? norm(c.slip) : 0);
+    out.push_back(c.slip);
   }
   return to_numpy(std::move(out), 12);
 }
@@ -54,22 +54,18 @@ void set_contacts(State& state, const Model& model, const Matrix& rows) {
   AMONTONS_REQUIRE(rows.shape(1) == 12 || rows.shape(1) == 11 || rows.shape(1) == 8,
                    "contacts must have twelve columns (eleven before there was slip, eight before moments)");
   const auto geoms = static_cast<double>(model.description().geoms.size());
-  std::vector<Contact> contacts(rows.shape(0));
+  std::vector<CarriedContact> contacts(rows.shape(0));
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     for (int k = 0; k < 2; ++k)
       AMONTONS_REQUIRE(rows(i, k) >= 0 && rows(i, k) < geoms && rows(i, k) == std::floor(rows(i, k)),
                        "contacts[" + std::to_string(i) + "] names a geom that the model does not have");
-    Contact& c = contacts[i];
+    CarriedContact& c = contacts[i];
     c.geom_a = static_cast<Index>(rows(i, 0));
     c.geom_b = static_cast<Index>(rows(i, 1));
     c.local = {rows(i, 2), rows(i, 3), rows(i, 4)};
     c.impulse = {rows(i, 5), rows(i, 6), rows(i, 7)};
     if (rows.shape(1) > 8) c.angular_impulse = {rows(i, 8), rows(i, 9), rows(i, 10)};
-    // The direction of the slip is not read.
-    if (rows.shape(1) > 11 && rows(i, 11) > 0) {
-      c.slip = {rows(i, 11), 0, 0};
-      c.state = ContactState::slip;
-    }
+    if (rows.shape(1) > 11 && rows(i, 11) > 0) c.slip = rows(i, 11);
   }
   state.contacts = std::move(contacts);
 }
@@ -103,6 +99,7 @@ nb::dict arrays_of_state(const State& s) {
   d["held_joint_forces"] = to_numpy(s.held_joint_forces);
   d["dof_slips"] = to_numpy(s.dof_slips);
   d["rub_impulses"] = to_numpy(s.rub_impulses);
+  d["bond_openings"] = to_numpy(s.bond_openings);
   d["activations"] = to_numpy(s.activations);
   d["actuator_impulses"] = to_numpy(s.actuator_impulses);
   return d;
@@ -172,6 +169,7 @@ State state_of(const std::shared_ptr<Model>& shared, double time, std::uint64_t 
     set_entries(s.dof_slips, vector_of(d, "dof_slips"), "dof_slips");
   if (!s.rub_impulses.empty() && d.contains("rub_impulses"))
     set_entries(s.rub_impulses, vector_of(d, "rub_impulses"), "rub_impulses");
+  if (!s.bond_openings.empty()) set_entries(s.bond_openings, vector_of(d, "bond_openings"), "bond_openings");
   validate(model, s);
   return s;
 }

@@ -1,11 +1,10 @@
 """Draws docs/gallery.md and its pictures: python tools/gallery.py [--replays] [NAME ...]
 
-Robots first, then the recipes, then a picture per scene of `amontons.scenes`, at a moment where one sees what
-it is about. The
-ground is transparent. Joints are drawn, and the path of a point where that is the matter. The page lists all,
-with the command that runs it. With --replays each is recorded instead, and becomes a page with a play bar in
-out/replays. Those that are there are kept, so that `make docs` makes what is missing. They are about a
-megabyte each, so that the repository does not hold them.
+Robots first, then the recipes, an arch that falls, and a picture per scene of `amontons.scenes`, at a moment
+where one sees what it is about. The ground is transparent. Joints are drawn, and the path of a point where
+that is the matter. The page lists all, with the command that runs it. With --replays each is recorded, and
+becomes a page with a play bar in out/replays. Those that are there are kept, so that `make docs` makes what
+is missing. They are about a megabyte each, so that the repository does not hold them.
 """
 
 import argparse
@@ -26,6 +25,7 @@ from amontons.report.force_lines import line_rows
 from amontons.report.picture import NO_LINES, Frame, Picture, View, frame_of
 from cutout import cutout, saved
 from numpy.typing import NDArray
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "figures" / "gallery"
@@ -140,9 +140,11 @@ ROBOTS: dict[str, tuple[Callable[[], Simulation], Moment, str]] = {
     "humanoid": (humanoid, Moment(0.35, -30, 12), 'gymnasium.make("amontons/Humanoid-v5")'),
 }
 SHELLS = {"tracked_vehicle": "pins of its shoes would hide them"}
+MASONRY = "masonry"
+ARCH = ROOT / "docs" / "figures" / "masonry_arch"
 HEAD = """# Gallery
 
-Robots, [recipes](#recipes) of mechanisms, and every scene of `amontons.scenes`, a moment of each.
+Robots, [recipes](#recipes) of mechanisms, an [arch](#masonry), and every scene of `amontons.scenes`.
 `amontons scenes NAME` lists the parameters of a [scene](scenes.md), `amontons view NAME` plays it in the
 browser. Hinges have pins, strings and rods are lines, and an orange line is the path of a point. Drawn by
 [tools/gallery.py](../tools/gallery.py).
@@ -179,6 +181,18 @@ def picture(name: str) -> None:
     framing = drawn.framing(held, WIDTH / HEIGHT)
     image = cutout(drawn, frame, framing, (WIDTH, HEIGHT), _path(passed, framing.width))
     saved(image, PICTURES / f"{name}.png")
+
+
+def masonry() -> None:
+    """An arch of stones falls by four hinges, once its ground accelerates by 0.29 g."""
+    from amontons.studies import horizontal, read_assembly, stability
+    from amontons.studies.masonry.picture import film, write_film, write_picture
+
+    arch = read_assembly(amontons.examples.path("arch.obj"), unit="m", up="z", density=2400, friction=0.6)
+    verdict = stability(arch, loads=[horizontal(1)])
+    write_picture(verdict, ARCH.with_suffix(".png"))
+    write_film(verdict, ARCH.with_suffix(".webp"), size=(400, 300))
+    saved(Image.fromarray(film(verdict, size=(WIDTH, HEIGHT))[-1]), PICTURES / f"{MASONRY}.png")
 
 
 def _poses(simulation: Simulation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -251,23 +265,29 @@ def page() -> str:
         card(name, (scenes.get(name).make.__doc__ or "").strip().split("\n")[0], command(name))
         for name in scenes.names()
     ]
+    arch = card(MASONRY, str(masonry.__doc__), "amontons stability arch --horizontal x --film arch.gif")
     grid = '\n<div class="grid cards" markdown>\n\n{}\n</div>\n'
-    first, second, third = (grid.format("\n".join(cards)) for cards in (robots, mechanisms, made))
-    return f"{HEAD}\n## Robots\n{first}\n## Recipes\n{recipes.HEAD}{second}\n## Scenes\n{third}"
+    cards = (robots, mechanisms, [arch], made)
+    parts = [grid.format("\n".join(some)) for some in cards]
+    heads = ("## Robots\n", f"## Recipes\n{recipes.HEAD}", "## Masonry\n", "## Scenes\n")
+    return HEAD + "".join(f"\n{head}{part}" for head, part in zip(heads, parts, strict=True))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", choices=[[], *ROBOTS, *recipes.EYES, *MOMENTS], metavar="NAME")
+    choices = [[], *ROBOTS, *recipes.EYES, MASONRY, *MOMENTS]
+    parser.add_argument("names", nargs="*", choices=choices, metavar="NAME")
     parser.add_argument("--replays", action="store_true", help="pages with a play bar, in out/replays")
     options = parser.parse_args()
-    mechanisms = [] if options.replays else recipes.EYES
+    mechanisms = [] if options.replays else [*recipes.EYES, MASONRY]
     for name in options.names or [*ROBOTS, *mechanisms, *scenes.names()]:
         needs = "coacd" if name in recipes.DECOMPOSED else "gymnasium" if name == "humanoid" else ""
         if needs and not importlib.util.find_spec(needs):
             print(f"{name}: left out, it needs the package {needs}")
         elif name in recipes.EYES:
             recipes.draw(name)
+        elif name == MASONRY:
+            masonry()
         elif not options.replays:
             picture(name)
         elif options.names or not (REPLAYS / f"{name}.html").exists():

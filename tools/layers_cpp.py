@@ -51,6 +51,7 @@ LAYERS: dict[str, list[str]] = {
 }
 # Sources that declare nothing and so have no header: the file and the reason.
 WITHOUT_HEADER: dict[str, str] = {
+    "src/multibody/contacts/later_contacts.cpp": "the members of ContactFinder that follow known contacts",
     "src/multibody/step/step.cpp": "the members of Simulation that make one step",
 }
 # Folders beside the library, which use what is installed.

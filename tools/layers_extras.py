@@ -51,6 +51,7 @@ OFFERED: dict[str, Collection[str]] = {
     "simulation.driving": ("clipped",),
     "simulation.loads": ("in_frames_b",),
     "simulation.own_method": ("name_of",),
+    "simulation.pairs": ("search_of_name",),
     "simulation.rollout": ("advance_worlds", "usable_cores"),
     "simulation.signals": ("STATE", "Signals", "state_units"),
     "simulation.step_report": ("REPORTS", "TIMINGS", "Table", "energy", "reports_array"),

@@ -7,6 +7,7 @@ from .model.drives import TendonTerm as TendonTerm
 from .model.drives import Transmission as Transmission
 from .model.links import Link as Link
 from .model.parts import Body as Body
+from .model.parts import Bond as Bond
 from .model.parts import Coupling as Coupling
 from .model.parts import Fluid as Fluid
 from .model.parts import FluidBox as FluidBox
@@ -21,6 +22,7 @@ from .model.visuals import Visual as Visual
 __all__ = [
     "Actuator",
     "Body",
+    "Bond",
     "Coupling",
     "Fluid",
     "FluidBox",

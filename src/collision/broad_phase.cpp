@@ -98,25 +98,25 @@ void clear(auto& node) {
 
 }  // namespace
 
-void BroadPhase::find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                            std::vector<IndexPair>& pairs) {
-  fixed_ = fixed;
+void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside) {
+  bounds_ = bounds;
+  const std::span<const Aabb> boxes = bounds.boxes;
   found_.clear();
   set_aside_infinite(boxes);
+  if (outside && (finite_.empty() || finite_.size() < outside->least)) outside = nullptr;
   // An earlier order is valid for any boxes; it only gets slower as they move, and between steps of a
   // simulation nothing moves far. It is replaced once a search costs half as much again as the first one in
   // it.
   bool done = false;
-  if (built_for_ == boxes.size() && infinite_ == last_infinite_) {
-    fit(boxes);
-    done = search(built_visits_ + built_visits_ / 2);
-  }
+  if (built_for_ == boxes.size() && infinite_ == last_infinite_ && built_outside_ == (outside != nullptr))
+    done = search(outside, built_visits_ + built_visits_ / 2);
   if (!done) {
     found_.clear();
+    built_for_ = 0;  // none until the search has ended
     build(boxes);
-    fit(boxes);
-    search(std::numeric_limits<std::size_t>::max());
+    search(outside, std::numeric_limits<std::size_t>::max());
     built_for_ = boxes.size();
+    built_outside_ = outside != nullptr;
     last_infinite_ = infinite_;
     built_visits_ = visits_;
   }
@@ -241,9 +241,12 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
     clear(levels_[depth].back());
     for (std::size_t k = 0; k < children; ++k) {
       float box[6] = {inf, inf, inf, -inf, -inf, -inf};
+      bool moves = false;
       if (depth > 0) {
         enclose(levels_[depth - 1][k], box);
+        moves = levels_[depth - 1][k].moves != 0;
       } else if (order_[k] >= 0) {
+        moves = !bounds_.fixed[order_[k]];
         const Aabb& b = boxes_[k] = boxes[order_[k]];
         for (int axis = 0; axis < 3; ++axis) {
           box[axis] = narrow(b.lower[axis], origin_[axis]);
@@ -251,6 +254,8 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
         }
       }
       Node& node = levels_[depth][k / width];
+      if (k % width == 0) node.moves = 0;
+      node.moves |= unsigned{moves} << (k % width);
       for (int row = 0; row < 6; ++row) node.bound[row][k % width] = box[row];
     }
     ++depth;
@@ -259,10 +264,20 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
   levels_.resize(depth);
 }
 
-// Finds every pair of overlapping boxes in the tree. The search runs by groups and not by pairs of nodes: the
-// box of eight leaves is tight, and the descent for one group stays in the cache. Returns false after more
-// visits than the limit.
-bool BroadPhase::search(std::size_t limit) {
+// Finds every pair of overlapping finite boxes. Returns false after more visits than the limit: there are
+// better orders than this one.
+bool BroadPhase::search(const PairSearch* outside, std::size_t limit) {
+  if (outside) {
+    visits_ = outside->find({bounds_, order_, origin_}, found_);
+    return visits_ <= limit;
+  }
+  fit(bounds_.boxes);
+  return search_groups(limit);
+}
+
+// Finds the pairs in the tree. The search runs by groups and not by pairs of nodes: the
+// box of eight leaves is tight, and the descent for one group stays in the cache.
+bool BroadPhase::search_groups(std::size_t limit) {
   visits_ = 0;
   const std::size_t groups = order_.size() / width;
   for (std::size_t g = 0; g < groups; ++g) {
@@ -275,12 +290,13 @@ bool BroadPhase::search(std::size_t limit) {
 }
 
 // Descends from the root into all nodes that overlap the box of group g and contain later groups: each pair
-// of groups is found once, from the earlier one.
+// of groups is found once, from the earlier one. A group of fixed boxes meets only those that move.
 void BroadPhase::cross_later_groups(std::size_t g) {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
   float box[6];
   enclose(levels_[0][g], box);
+  const bool moves = levels_[0][g].moves != 0;
   // A node on the stack is { level, index }; each level leaves at most seven behind.
   struct {
     std::size_t level, index;
@@ -291,7 +307,8 @@ void BroadPhase::cross_later_groups(std::size_t g) {
     const auto [level, index] = stack[--size];
     ++visits_;
     const unsigned shift = 3 * static_cast<unsigned>(level - 1);
-    for (unsigned mask = overlap_mask(levels_[level][index], box); mask; mask &= mask - 1) {
+    const Node& node = levels_[level][index];
+    for (unsigned mask = overlap_mask(node, box) & (moves ? ~0u : node.moves); mask; mask &= mask - 1) {
       const std::size_t child = index * width + static_cast<std::size_t>(std::countr_zero(mask));
       if (((child + 1) << shift) - 1 <= g) continue;  // all its groups are g or earlier
       if (level > 1)
@@ -316,6 +333,7 @@ void BroadPhase::cross(std::size_t g, std::size_t h) {
 void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which) {
   float box[6];
   copy_child(levels_[0][g], static_cast<std::size_t>(i), box);
+  if (!(levels_[0][g].moves >> i & 1)) which &= levels_[0][h].moves;
   for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
     const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
     const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));
@@ -334,7 +352,9 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
 // Tests in double, with the given boxes, the pairs that the floats accept: rounding to float only affects the
 // time.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
-  if ((fixed_[a] && fixed_[b]) || !is_overlap(box_a, box_b)) return;
+  if ((bounds_.fixed[a] && bounds_.fixed[b]) || !is_overlap(box_a, box_b) ||
+      !is_overlap(bounds_.balls[a], bounds_.balls[b]))
+    return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }
 

@@ -8,8 +8,10 @@
 
 #include <algorithm>
 
+#include "amontons/base/threads.hpp"
 #include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/problem/linkage.hpp"
+#include "amontons/problem/threaded_product.hpp"
 
 namespace amontons {
 
@@ -125,15 +127,9 @@ std::size_t ContactSystem::contact_rows() const {
   return sum;
 }
 
-// Contact impulses are converted to world vectors first: one wrench per body for any number of rows.
-void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
-  std::size_t row = 0;
-  for (const Contact& c : A.contacts) {
-    const ContactImpulse f = to_world(c, &x[row]);
-    row += static_cast<std::size_t>(c.rows);
-    if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
-    if (c.body_b >= 0) add_wrench(&w[6 * c.body_b], f.linear, cross(c.r_b, f.linear) + f.angular, -1);
-  }
+// w += D'x of the stored rows, whose impulses begin at x[row].
+static void add_row_impulses(const ContactSystem& A, std::span<const double> x, std::size_t row,
+                             std::span<double> w) {
   // Rows of a joint are adjacent: their sum stays in registers.
   for (std::size_t i = 0; i < A.jacobian.size();) {
     const Index a = A.jacobian[i].body_a, b = A.jacobian[i].body_b;
@@ -145,6 +141,18 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
     if (a >= 0) axpy6(1, on_a, &w[6 * a]);
     if (b >= 0) axpy6(1, on_b, &w[6 * b]);
   }
+}
+
+// Contact impulses are converted to world vectors first: one wrench per body for any number of rows.
+void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
+  std::size_t row = 0;
+  for (const Contact& c : A.contacts) {
+    const ContactImpulse f = to_world(c, &x[row]);
+    row += static_cast<std::size_t>(c.rows);
+    if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
+    if (c.body_b >= 0) add_wrench(&w[6 * c.body_b], f.linear, cross(c.r_b, f.linear) + f.angular, -1);
+  }
+  add_row_impulses(A, x, row, w);
 }
 
 // w = M^-1 w for free bodies; constrained bodies move as their joints allow. Those of a linkage are left out
@@ -190,6 +198,27 @@ static void multiply_halves(const ContactSystem& A, std::span<const double> x, s
   for (const double E : A.compliance) set_row(row++, E);
 }
 
+// y = D w + E x of one contact, whose rows begin at `row`, and of the stored rows.
+static void set_contact_rows(const ContactSystem& A, std::size_t i, std::size_t row,
+                             const std::vector<double>& w, std::span<const double> x, std::span<double> y) {
+  const Contact& c = A.contacts[i];
+  const ContactImpulse u = relative_motion(c, w.data());
+  // A moment row is l omega, a velocity in m/s.
+  to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
+  for (int k = 0; k < c.rows; ++k) y[row + k] += A.contact_compliance[i] * x[row + k];
+}
+
+static void set_stored_rows(const ContactSystem& A, std::size_t row, const std::vector<double>& w,
+                            std::span<const double> x, std::span<double> y) {
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i, ++row) {
+    const JacobianRow& j = A.jacobian[i];
+    double u = A.compliance[i] * x[row];
+    if (j.body_a >= 0) u += dot6(j.a, &w[6 * j.body_a]);
+    if (j.body_b >= 0) u += dot6(j.b, &w[6 * j.body_b]);
+    y[row] = u;
+  }
+}
+
 // y = D M^-1 D'x + E x in three sweeps:
 //  1. over contacts and rows   w = D'x, the impulses at the centres of mass
 //  2. over bodies              w = M^-1 w, their velocities
@@ -201,21 +230,66 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   add_impulses(*this, x, w);
   apply_masses(*this, w);
   std::size_t row = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& c = contacts[i];
-    const ContactImpulse u = relative_motion(c, w.data());
-    // A moment row is l omega, a velocity in m/s.
-    to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
-    for (int k = 0; k < c.rows; ++k) y[row + k] += contact_compliance[i] * x[row + k];
-    row += static_cast<std::size_t>(c.rows);
-  }
-  for (std::size_t i = 0; i < jacobian.size(); ++i, ++row) {
-    const JacobianRow& j = jacobian[i];
-    double u = compliance[i] * x[row];
-    if (j.body_a >= 0) u += dot6(j.a, &w[6 * j.body_a]);
-    if (j.body_b >= 0) u += dot6(j.b, &w[6 * j.body_b]);
-    y[row] = u;
-  }
+  for (std::size_t i = 0; i < contacts.size(); row += static_cast<std::size_t>(contacts[i++].rows))
+    set_contact_rows(*this, i, row, w, x, y);
+  set_stored_rows(*this, row, w, x, y);
+}
+
+// Contacts that a thread takes at a time: some 0.2 ms of work.
+static constexpr std::size_t contacts_per_part = 4096;
+
+// The same sweeps by threads, where contacts have three rows and bodies are free. Impulses at the contacts
+// are formed in parts. Then each thread owns a range of bodies and adds up theirs. The order is that of the
+// contacts, so that each sum has the terms and the order of a sweep by one thread.
+static void product_by_threads(const ContactSystem& A, std::span<const double> x, std::span<double> y,
+                               ThreadPool& pool) {
+  struct Impulse {
+    Index a, b;
+    Vec3 force, on_a, on_b;
+  };
+  static thread_local std::vector<Impulse> memory;
+  std::vector<Impulse>& impulses = memory;
+  const std::size_t n = A.contacts.size(), bodies = A.bodies.size();
+  impulses.resize(n);
+  std::vector<double>& w = body_scratch(bodies);
+  const auto in_parts = [&](std::size_t count, const auto& f) {
+    pool.run((count + contacts_per_part - 1) / contacts_per_part, [&](std::size_t part) {
+      const std::size_t end = std::min(count, (part + 1) * contacts_per_part);
+      for (std::size_t i = part * contacts_per_part; i < end; ++i) f(i);
+    });
+  };
+  in_parts(n, [&](std::size_t i) {
+    const Contact& c = A.contacts[i];
+    const ContactImpulse f = to_world(c, &x[3 * i]);
+    impulses[i] = {c.body_a, c.body_b, f.linear, cross(c.r_a, f.linear) + f.angular,
+                   cross(c.r_b, f.linear) + f.angular};
+  });
+  const std::size_t owners = std::min<std::size_t>(pool.threads(), bodies);
+  pool.run(owners, [&](std::size_t owner) {
+    const auto low = static_cast<Index>(owner * bodies / owners);
+    const auto high = static_cast<Index>((owner + 1) * bodies / owners);
+    for (const Impulse& f : impulses) {
+      if (f.a >= low && f.a < high) add_wrench(&w[6 * f.a], f.force, f.on_a, 1);
+      if (f.b >= low && f.b < high) add_wrench(&w[6 * f.b], f.force, f.on_b, -1);
+    }
+  });
+  add_row_impulses(A, x, 3 * n, w);
+  in_parts(bodies, [&](std::size_t i) {
+    double v[6];
+    A.bodies.apply(i, &w[6 * i], v);
+    std::copy(v, v + 6, &w[6 * i]);
+  });
+  in_parts(n, [&](std::size_t i) { set_contact_rows(A, i, 3 * i, w, x, y); });
+  set_stored_rows(A, 3 * n, w, x, y);
+}
+
+void product(const ContactSystem& A, std::span<const double> x, std::span<double> y, unsigned threads) {
+  const std::size_t n = A.contacts.size();
+  const unsigned used = automatic_threads(threads, n / contacts_per_part);
+  // No contact has fewer than three rows.
+  if (used <= 1 || A.constrained || x.size() != 3 * n + A.jacobian.size()) return A.product(x, y);
+  PoolLease pool(used);
+  product_by_threads(A, x, y, *pool);
 }
 
 namespace {

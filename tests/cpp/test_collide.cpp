@@ -48,6 +48,12 @@ TEST(spheres) {
   check_one(contacts(a, {{0, 3.5, 0}, straight}, b, {}, 0.6), {0, 2.25, 0}, {0, 1, 0}, 0.5, 1e-15);
   check_one(contacts(a, {{0, 2.5, 0}, straight}, b, {}, 0), {0, 1.75, 0}, {0, 1, 0}, -0.5, 1e-15);
   CHECK(contacts(a, {{0, 3.5, 0}, straight}, b, {}, 0.4).empty());
+  // A turn of a ball changes no bit: poses later in a step are found for their centres alone.
+  const Vec3 beside{0.3, 2.1, -1.7};
+  const auto still = contacts(a, {beside, {}}, b, {}, 1),
+             turned = contacts(a, {beside, lying}, b, {{}, turn({1, 2, 3}, 0.7)}, 1);
+  CHECK(still.size() == 1 && turned.size() == 1 && still[0].point == turned[0].point &&
+        still[0].normal == turned[0].normal && still[0].gap == turned[0].gap);
   // On one centre no direction is right; the contact must still be finite, and push.
   const auto same = contacts(a, {}, b, {}, 0);
   CHECK(same.size() == 1 && is_finite(same[0].normal) && same[0].gap == -3);

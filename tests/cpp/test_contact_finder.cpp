@@ -45,7 +45,33 @@ struct Search {
   void look_ahead(const BodyVelocities& after) {
     finder.find_unforeseen({model, frames, after, h, margin}, contacts);
   }
+  // What a search without a memory finds.
+  std::vector<Contact> afresh(const BodyVelocities& free) const {
+    std::vector<Contact> found;
+    ContactFinder().find({model, frames, free, h, margin}, found);
+    return found;
+  }
 };
+
+bool same(const std::vector<Contact>& a, const std::vector<Contact>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& c, const Contact& d) {
+    return c.geom_a == d.geom_a && c.geom_b == d.geom_b && c.body_a == d.body_a && c.body_b == d.body_b &&
+           c.point == d.point && c.normal == d.normal && c.gap == d.gap && c.r_a == d.r_a && c.r_b == d.r_b &&
+           c.material == d.material && c.impulse == d.impulse;
+  });
+}
+
+// Cubes of 0.2 m on a plane, a row of stacks that touch.
+ModelDescription stacks(int columns, int high) {
+  ModelDescription d;
+  d.geoms.push_back(geom_of(world, Plane{}));
+  for (int x = 0; x < columns; ++x)
+    for (int z = 0; z < high; ++z) {
+      d.bodies.push_back(body_at({0.2 * x, 0, 0.1 + 0.2 * z}));
+      d.geoms.push_back(geom_of(static_cast<Index>(d.bodies.size()) - 1, Box{{0.1, 0.1, 0.1}}));
+    }
+  return d;
+}
 
 }  // namespace
 
@@ -175,5 +201,84 @@ TEST(pairs_of_few_geoms_are_those_of_the_tree) {
       }
     }
     CHECK(on_plane == expected && expected > 0);
+  }
+}
+
+// Pairs whose bodies have not changed keep their contacts. Fails if a contact survives the smallest change of
+// a pose, of a velocity, of the step or of the margin, if impulses of the last step come back, or if the
+// pairs that stand lose their order among those that move.
+TEST(standing_pairs_have_the_contacts_of_a_search_afresh) {
+  Search s(stacks(4, 3));
+  BodyVelocities free = s.start;
+  for (BodyVelocity& v : free) v.linear.z = -0.1;
+  for (int k = 0; k < 12; ++k) {
+    s.find(free);
+    CHECK(!s.contacts.empty() && same(s.contacts, s.afresh(free)));
+    for (Contact& c : s.contacts) c.impulse = {1, 2, 3};
+    const auto body = static_cast<std::size_t>(k);
+    if (k % 4 == 1) {
+      s.frames[body].pose.position.x = std::nextafter(s.frames[body].pose.position.x, 1);
+      s.frames[body].centre = s.frames[body].pose.position;
+    }
+    if (k % 4 == 2) free[body].angular.y = 1e-300;
+    if (k == 7) s.h *= 2;
+    if (k == 11) s.margin *= 2;
+  }
+}
+
+// Fails if the parts that threads search overlap, leave out a pair, divide a pair, or come back in another
+// order; if what one part keeps for the next search is not that of another; and if the poses later in the
+// step are found otherwise where threads share them.
+TEST(threads_find_the_same_contacts) {
+  ModelDescription d;
+  Random random;
+  for (int k = 0; k < 1500; ++k) {
+    d.bodies.push_back(body_at(random.vector(), random.rotation()));
+    d.geoms.push_back(geom_of(k, k % 2 ? Shape(Sphere{0.12}) : Shape(Box{{0.1, 0.05, 0.05}})));
+  }
+  Search one(d), many(d);
+  BodyVelocities free = one.start;
+  for (BodyVelocity& v : free) v = {0.1 * random.vector(), 2.0 * random.vector()};
+  const auto reach = [](const Search& s, const BodyVelocities& v, unsigned threads) {
+    return Reach{s.model, s.frames, v, s.h, s.margin, threads};
+  };
+  for (std::size_t search = 0; search < 3; ++search) {
+    one.find(free);
+    many.finder.find(reach(many, free, 3), many.contacts);
+    CHECK(one.contacts.size() > 4000 && same(one.contacts, many.contacts));
+    const auto middles = one.finder.find_middles(reach(one, free, 1), one.contacts),
+               shared = many.finder.find_middles(reach(many, free, 3), many.contacts);
+    CHECK(middles.size() > 1000 && middles.size() == shared.size());
+    for (std::size_t i = 0; i < std::min(middles.size(), shared.size()); ++i)
+      CHECK(middles[i].contact == shared[i].contact && middles[i].normal == shared[i].normal &&
+            middles[i].r_a == shared[i].r_a);
+    BodyVelocities after = free;
+    for (BodyVelocity& v : after) v = {0.5 * random.vector(), 8.0 * random.vector()};
+    const std::size_t known = one.contacts.size();
+    one.look_ahead(after);
+    many.finder.find_unforeseen(reach(many, after, 3), many.contacts);
+    CHECK(one.contacts.size() > known && same(one.contacts, many.contacts));
+    free[search].linear.x += 0.1;
+  }
+}
+
+// A blow changes the velocity of a few balls of a heap: only their pairs are searched again. Fails if a pair
+// of a ball that was struck with one that was not is left out.
+TEST(a_blow_is_followed_wherever_it_leads) {
+  ModelDescription d;
+  for (int k = 0; k < 60; ++k) {
+    d.bodies.push_back(body_at({0.3 * k, 0, 0}));
+    d.geoms.push_back(geom_of(k, Sphere{0.1}));
+  }
+  for (std::size_t struck : {0u, 30u, 59u}) {
+    Search s(d);
+    s.find(s.start);
+    CHECK(s.contacts.empty());
+    BodyVelocities after = s.start;
+    after[struck].linear.x = struck == 59 ? -15 : 15;
+    s.look_ahead(after);
+    CHECK(s.contacts.size() == 1);
+    const Contact& c = s.contacts[0];
+    CHECK(std::max(c.geom_a, c.geom_b) == (struck == 59 ? 59 : static_cast<Index>(struck) + 1));
   }
 }

@@ -33,19 +33,23 @@ struct Pair {
     d.geoms[1].shape = Box{{0.1, 0.1, 0.1}};
     return d;
   }
-  // At x along the box, with the normal impulse z.
-  Contact at(double x, double z = 0) const {
+  // At x along the box; of the last step with the normal impulse z.
+  Contact at(double x) const {
     Contact c = contact_between(0, world, {x, 0, 0}, {x, 0, 0}, {0, 0, 1});
     c.geom_a = 1;
     c.geom_b = 0;
     c.point = {x, 0, 0};
-    c.local = inverse(frames[0].pose)(c.point);
-    c.impulse = {0, 0, z};
     return c;
   }
-  std::vector<double> normals(const std::vector<Contact>& last, const std::vector<Contact>& now) const {
+  CarriedContact at(double x, double z) const {
+    return {1, 0, inverse(frames[0].pose)(at(x).point), {0, 0, z}, {}};
+  }
+  std::vector<double> normals(const std::vector<CarriedContact>& last,
+                              const std::vector<Contact>& now) const {
     std::vector<double> x0, z;
-    warm_start_contacts(model, last, 1, frames, now, x0);
+    std::vector<Index> known;
+    find_known(model, last, frames, now, known);
+    warm_start_contacts(last, known, 1, now, x0);
     for (std::size_t i = 0; i < x0.size(); i += 3) z.push_back(x0[i]);
     return z;
   }
@@ -130,20 +134,23 @@ TEST(each_pair_of_a_pile_finds_its_impulse) {
   BodyMobilities mobility;
   BodyVelocities velocities;
   place_bodies(model, initial_state(model), frames, mobility, velocities);
-  std::vector<Contact> now = contacts_of_a_pile(geoms), last;
+  std::vector<Contact> now = contacts_of_a_pile(geoms);
+  std::vector<CarriedContact> last;
   std::vector<PairKey> keys;
   sort_by_pair(now, keys, [](std::size_t i) { return i % 3 != 0; });
   for (const PairKey& key : keys) {
     if (!last.empty() && pair_of(last.back()) == key.pair) continue;
-    last.push_back(now[key.contact]);
-    last.back().impulse = {0, 0, 1.0 + key.pair.first + geoms * key.pair.second};
+    last.push_back(
+        {key.pair.first, key.pair.second, {}, {0, 0, 1.0 + key.pair.first + geoms * key.pair.second}, {}});
   }
   now.resize(now.size() - 6);  // one contact per pair
   std::vector<double> x0;
-  warm_start_contacts(model, last, 1, frames, now, x0);
+  std::vector<Index> known;
+  find_known(model, last, frames, now, known);
+  warm_start_contacts(last, known, 1, now, x0);
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto was = std::find_if(last.begin(), last.end(),
-                                  [&](const Contact& c) { return pair_of(c) == pair_of(now[i]); });
+                                  [&](const CarriedContact& c) { return pair_of(c) == pair_of(now[i]); });
     CHECK(x0[3 * i] == (was == last.end() ? 0 : was->impulse.z));
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,20 +13,56 @@ namespace amontons {
 // Two boxes by their numbers.
 using IndexPair = std::pair<std::int32_t, std::int32_t>;  // first < second
 
-// All pairs of boxes that overlap (touching counts), sorted, each once; boxes may be infinite (planes).
-// `fixed[i]`: two fixed boxes form no pair. Near-linear time for boxes of any mix of sizes. Scratch memory
-// and the last spatial order are kept between calls. That saves time when boxes have moved little, but pairs
-// never depend on earlier calls.
+// A second bound, of spheres: two of them whose boxes overlap are mostly apart.
+struct Ball {
+  Vec3 centre;
+  double radius;  // infinite: none
+};
+
+// Balls that touch, or that have no bound.
+inline bool is_overlap(const Ball& a, const Ball& b) {
+  const double reach = a.radius + b.radius;
+  return !(norm_squared(a.centre - b.centre) > reach * reach);
+}
+
+// Boxes, each with a ball, among which pairs are searched.
+struct Bounds {
+  std::span<const Aabb> boxes;  // may be infinite: planes
+  std::span<const Ball> balls;
+  std::span<const unsigned char> fixed;  // two fixed ones form no pair; where all are, a search costs nothing
+};
+
+// Finite boxes in an order in which neighbours in space are mostly neighbours: eight leaves make a group,
+// eight groups a node, and so on.
+struct BoxOrder {
+  Bounds bounds;                         // all, infinite ones as well
+  std::span<const std::int32_t> leaves;  // leaf -> box, -1 in gaps; a multiple of eight
+  Vec3 origin;                           // amid the boxes, for who rounds coordinates to float
+};
+
+// A search outside of this library, on a device, for at least so many finite boxes. Several searches may run
+// at a time.
+struct PairSearch {
+  std::size_t least = 0;
+  // Appends the pairs that BroadPhase::find_pairs() states for these boxes, in any order, and returns a
+  // measure of its work, which tells when an order is out of date. It may throw.
+  std::function<std::size_t(const BoxOrder&, std::vector<IndexPair>&)> find;
+};
+
+// All pairs of boxes that overlap and whose balls do (touching counts), sorted, each once. Near-linear time
+// for boxes of any mix of sizes. Scratch memory and the last spatial order are kept between calls. That saves
+// time when boxes have moved little, but pairs never depend on earlier calls, nor on who searches.
 class BroadPhase {
  public:
-  void find_pairs(std::span<const Aabb> boxes, std::span<const unsigned char> fixed,
-                  std::vector<IndexPair>& pairs);
+  void find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr);
 
  private:
   static constexpr int width = 8;  // children of a node
-  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z.
+  // The boxes of up to eight children, child by child in each row: lower x, y, z, upper x, y, z. Bit k of
+  // `moves`: some box of child k is not fixed.
   struct alignas(32) Node {
     float bound[6][width];
+    unsigned moves;
   };
   // A leaf during the search for an order; box -1: a gap that fills the last group of a class.
   struct Item {
@@ -43,8 +80,9 @@ class BroadPhase {
   int best_axis(std::size_t first, std::size_t last) const;
 
   // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
+  bool search(const PairSearch* outside, std::size_t limit);
   void fit(std::span<const Aabb> boxes);
-  bool search(std::size_t limit);
+  bool search_groups(std::size_t limit);
   void cross_later_groups(std::size_t g);
   void cross(std::size_t g, std::size_t h);
   void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which);
@@ -53,7 +91,7 @@ class BroadPhase {
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
   // Data of the current call.
-  std::span<const unsigned char> fixed_;   // given by the caller
+  Bounds bounds_;                          // given by the caller
   std::vector<std::int32_t> infinite_;     // boxes outside the tree, ascending
   std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
@@ -67,6 +105,7 @@ class BroadPhase {
   std::size_t built_for_ = 0;        // the number of boxes
   std::vector<std::int32_t> last_infinite_;
   std::size_t built_visits_ = 0;  // of the first search in this order
+  bool built_outside_ = false;    // who counted them
 
   // Scratch.
   std::vector<Item> items_;

@@ -52,7 +52,6 @@ struct Contact {
   Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
   double normal_velocity = 0;     // n . (v_A - v_B) after the step, m/s
   ContactState state = ContactState::open;
-  Vec3 local;  // the point in the frame of body A, by which the next step identifies it
 };
 
 // Makes a contact from the data that a solver needs; the rest has its defaults.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..model.assembly import Assembly
     from ..model.model import Model
     from ..studies.masonry.loads import Load
+    from ..studies.masonry.settling import Settlement
     from ..studies.masonry.stability import Stability
 
 DIRECTIONS = {"x": (1.0, 0.0), "-x": (-1.0, 0.0), "y": (0.0, 1.0), "-y": (0.0, -1.0)}
@@ -49,6 +50,7 @@ LOADS: Options = {
     ),
     "tilt": (_of_load("X,Y", "Tilt of the ground, the side X,Y down."), None),
     "point": (_of_load("BLOCK,FX,FY,FZ", "Force (N) on the centre of a block."), None),
+    "settle": (_of_load("BLOCK,X,Y,Z", "Movement of a support along X,Y,Z until blocks fall (m)."), None),
 }
 JOINTS: Options = {
     "gap": (_option(float | None, "Joints", "Largest distance of faces that touch (m)."), None),
@@ -60,7 +62,12 @@ JOINTS: Options = {
 }
 FILES: Options = {
     "picture": (_option(Path | None, "Files", "Picture of blocks, joints and forces (.png)."), None),
-    "film": (_option(Path | None, "Files", "Film of the mechanism (.gif, .webp)."), None),
+    "film": (
+        _option(
+            Path | None, "Files", "Film of the mechanism, of the first load if blocks stand (.gif, .webp)."
+        ),
+        None,
+    ),
     "report": (_option(Path | None, "Files", "Report of one page (.html)."), None),
 }
 
@@ -110,13 +117,13 @@ def _write(
     verdict: Stability, title: str, picture: Path | None, film: Path | None, report: Path | None
 ) -> list[Path]:
     from ..studies.masonry.page import write_report
-    from ..studies.masonry.picture import write_film, write_picture
+    from ..studies.masonry.picture import mechanism_of, write_film, write_picture
 
     files = []
     if picture is not None:
         files.append(write_picture(verdict, picture))
-    if film is not None and verdict.mechanism is None:
-        note("the blocks stand: there is no mechanism to film")
+    if film is not None and mechanism_of(verdict) is None:
+        note("the blocks stand: there is no mechanism to film; give a load, as --horizontal x")
     elif film is not None:
         files.append(write_film(verdict, film))
     if report is not None:
@@ -147,19 +154,29 @@ def _is_model(path: Path) -> bool:
         return '"bodies"' in file.read(100_000)
 
 
-def _loads(horizontal: Any, tilt: Any, point: Any) -> list[Load]:
-    from ..studies.masonry import loads
+def _loads(horizontal: Any, tilt: Any, point: Any, settle: Any) -> list[Load | Settlement]:
+    from ..studies.masonry import loads, settling
 
-    made = [loads.horizontal(*_direction("--horizontal", text)) for text in horizontal or ()]
+    made: list[Load | Settlement] = [
+        loads.horizontal(*_direction("--horizontal", text)) for text in horizontal or ()
+    ]
     made += [loads.tilt(*_direction("--tilt", text)) for text in tilt or ()]
     for text in point or ():
-        block, *force = text.rsplit(",", 3)
-        try:
-            x, y, z = map(float, force)
-        except ValueError:
-            raise InputError(f"--point {text}: write BLOCK,FX,FY,FZ with the force in N") from None
-        made.append(loads.point_load(block, (x, y, z)))
+        made.append(
+            loads.point_load(*_block_and_vector("--point", text, "BLOCK,FX,FY,FZ with the force in N"))
+        )
+    for text in settle or ():
+        made.append(settling.settlement(*_block_and_vector("--settle", text, "BLOCK,X,Y,Z")))
     return made
+
+
+def _block_and_vector(option: str, text: str, form: str) -> tuple[str, tuple[float, float, float]]:
+    block, *values = text.rsplit(",", 3)
+    try:
+        x, y, z = map(float, values)
+    except ValueError:
+        raise InputError(f"{option} {text}: write {form}") from None
+    return block, (x, y, z)
 
 
 def _direction(option: str, text: str) -> tuple[float, float]:

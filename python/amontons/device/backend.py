@@ -41,7 +41,7 @@ Launch = tuple[str, int, tuple[Any, ...]]
 
 
 class Backend(Protocol):
-    """A device with the kernels of kernels.cl, and a queue that runs them in the order of their launches."""
+    """A device with the kernels of `source`, and a queue that runs them in the order of their launches."""
 
     device: Device
     lost: bool
@@ -75,7 +75,7 @@ class Backend(Protocol):
 
 def source() -> str:
     """The kernels, for OpenCL C and CUDA C++."""
-    return files(__package__).joinpath("kernels.cl").read_text()
+    return "".join(files(__package__).joinpath(name).read_text() for name in ("kernels.cl", "pairs.cl"))
 
 
 def no_room(device: Device, wanted: int) -> InputError:

@@ -85,8 +85,12 @@ class Cuda:
 
     def host_memory(self, nbytes: int) -> NDArray[np.uint8]:
         """See `Backend`. Pinned: the device copies it while the host goes on."""
-        with self._here():
-            return np.frombuffer(self._cupy.cuda.alloc_pinned_memory(nbytes), np.uint8, nbytes)
+        cuda = self._cupy.cuda
+        try:
+            with self._on:
+                return np.frombuffer(cuda.alloc_pinned_memory(nbytes), np.uint8, nbytes)
+        except (cuda.runtime.CUDARuntimeError, cuda.memory.OutOfMemoryError):  # the system pins no more
+            return np.empty(nbytes, np.uint8)
 
     def upload(self, buffer: Any, values: NDArray[Any], begin: int = 0) -> None:
         """See `Backend`."""

@@ -11,9 +11,11 @@ from .. import _core
 from ..checks import shown
 from ..errors import InputError
 from ..problem.iterate import source_of_name
+from ..simulation.pairs import search_of_name
 from . import cuda, opencl
 from .backend import Backend, Device, Memory
 from .methods import DeviceMethod
+from .pairs import PairFinder
 
 BACKENDS: dict[str, Any] = {"cuda": cuda, "opencl": opencl}
 NAMES = '"cpu", "gpu", "cuda", "cuda:1", "opencl", "opencl:1"'
@@ -111,11 +113,20 @@ def source_on(backend: Backend, name: str, least_contacts: int) -> _core.Iterate
     return _core.IterateSource(name, make, least_contacts=least_contacts, with_layout=True, as_method=True)
 
 
-def _source_of_name(device: object, least_contacts: int) -> _core.IterateSource:
+def _chosen(device: object) -> Device:
     if not isinstance(device, str):
         raise InputError(f"device is {shown(device)}; it must be one of the names {NAMES}")
-    chosen = chosen_device(device)
+    return chosen_device(device)
+
+
+def _source_of_name(device: object, least_contacts: int) -> _core.IterateSource:
+    chosen = _chosen(device)
     return source_on(open_device(chosen), chosen.name, least_contacts)
 
 
+def _search_of_name(device: object, least: int) -> _core.PairSearch:
+    return _core.PairSearch(PairFinder(open_device(_chosen(device))).find, least)
+
+
 source_of_name.supply(_source_of_name)
+search_of_name.supply(_search_of_name)

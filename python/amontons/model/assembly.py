@@ -225,6 +225,8 @@ def _welded(points: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.
 
 def _outwards(who: str, points: Array, faces: NDArray[np.int64], may_be_open: bool) -> NDArray[np.int64]:
     """Triangles turned so that neighbours agree and the volume is positive; InputError if it is open."""
+    if not may_be_open and _is_flat(points):
+        raise InputError(f"{who}: it has no volume, its corners lie in a plane; give a solid")
     edges = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
     place, counts = np.unique(edges, axis=0, return_counts=True)
     if np.any(counts != 2):
@@ -242,6 +244,14 @@ def _outwards(who: str, points: Array, faces: NDArray[np.int64], may_be_open: bo
     if abs(volume) < 1e-9 * float(np.ptp(points, axis=0).max()) ** 3 and not may_be_open:
         raise InputError(f"{who}: it has no volume ({volume:.2g} m^3); give a solid")
     return faces if volume > 0 else faces[:, ::-1].copy()
+
+
+def _is_flat(points: Array) -> bool:
+    """Whether corners lie in a plane, within 1e-9 of their extent."""
+    if len(points) < 4:
+        return True
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(extents[2] <= NEAR * extents[0])
 
 
 def _agreeing(faces: NDArray[np.int64]) -> NDArray[np.int64]:

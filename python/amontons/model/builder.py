@@ -8,10 +8,10 @@ from itertools import product
 from typing import Any
 
 from .. import _core
-from ..checks import Numbers, about, changed, chosen, positive, shown, vector3
+from ..checks import Numbers, about, changed, chosen, positive, shown, unit_vector, vector3
 from ..errors import InputError
 from ..guidance import guided
-from .composing import KeyframePart, bottom, whole_keyframe
+from .composing import NAMED, NAMELESS, KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
 from .links import Link
 from .mass import MassProperties
@@ -22,6 +22,7 @@ from .parts import (
     OWN,
     WORLD,
     Body,
+    Bond,
     Coupling,
     Fluid,
     FluidBox,
@@ -34,7 +35,7 @@ from .parts import (
 from .presets import Unread
 from .sensing import Sensor, Site
 from .shapes import Plane, Shape
-from .transforms import IDENTITY, Transform
+from .transforms import IDENTITY, ORIGIN, Transform, conjugate, rotate
 from .visuals import TriangleMesh, Visual
 
 LONGEST_NAME = 1000
@@ -85,17 +86,17 @@ class ModelBuilder(PartBuilder):
         self._tendons: list[Tendon] = []
         self._actuators: list[Actuator] = []
         self._pair_materials: list[PairMaterial] = []
-        self._excluded: list[tuple[int, int]] = []
+        self._excluded_bodies: list[tuple[int, int]] = []
         self._excluded_geoms: list[tuple[int, int]] = []
         self._fluid_boxes: list[FluidBox] = []
+        self._bonds: list[Bond] = []
         self._keyframes: dict[str, list[KeyframePart]] = {}
         self._unread: list[Unread] = []
         self._sites: list[Site] = []
         self._visuals: list[Visual] = []
         self._sensors: list[Sensor] = []
         self._links: list[Link] = []
-        kinds = ("body", "geom", "joint", "coupling", "site", "sensor", "tendon", "actuator", "link")
-        self._names: dict[str, dict[str, int]] = {kind: {} for kind in kinds}
+        self._names: dict[str, dict[str, int]] = {kind: {} for kind in NAMED}
 
     def add_body(
         self,
@@ -123,7 +124,7 @@ class ModelBuilder(PartBuilder):
         density (kg/m^3) or mass (kg): the other mass properties follow from the shape, unless
         inertia, (3,) or (3, 3) about the centre of mass in body axes (kg m^2), and centre_of_mass (m, body
         frame) are given. A dynamic body without any gets its mass from geoms with a density.
-        motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
+        motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "static".
         linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
         gravity_scale: its weight over mass times gravity: 0 floats.
 
@@ -161,7 +162,7 @@ class ModelBuilder(PartBuilder):
             linear_velocity=linear_velocity,  # type: ignore[arg-type]
             angular_velocity=angular_velocity,  # type: ignore[arg-type]
         )
-        if motion == "fixed" and (any(body.linear_velocity) or any(body.angular_velocity)):
+        if motion == "static" and (any(body.linear_velocity) or any(body.angular_velocity)):
             raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
         if geom is not None:
             self._append("geom", self._geoms, geom)
@@ -353,13 +354,39 @@ class ModelBuilder(PartBuilder):
         if a == b:
             raise InputError("exclude: a body never touches itself; give two bodies")
         if link_a == link_b == OWN:
-            self._excluded.append((a, b))
+            self._excluded_bodies.append((a, b))
             return
         on = [
             [g for g, geom in enumerate(self._geoms) if geom.body == body and link in (OWN, geom.link)]
             for body, link in ((a, link_a), (b, link_b))
         ]
         self._excluded_geoms += product(*on)
+
+    def add_bond(
+        self,
+        body_a: int | str | None,
+        body_b: int | str | None,
+        *,
+        point: Numbers,
+        normal: Numbers,
+        tension: float,
+        opening: float,
+    ) -> int:
+        """Let two bodies hold together at a point as mortar does, until it breaks for good: see `parts.Bond`.
+
+        point, normal: in the world, of the poses that the bodies have now; the normal from B to A (m). None
+        as a body is the world. tension: N. opening: distance of the two sides at which it breaks (m).
+        Returns the index of the bond. The bodies need geoms that touch there: they bear the pull.
+        """
+        a, b = self._place(body_a)[0], self._place(body_b)[0]
+        if a == b:
+            raise InputError("add_bond: a body needs no bond to itself; give two bodies")
+        poses = [ORIGIN if i == WORLD else self._bodies[i].pose for i in (a, b)]
+        place = vector3("add_bond: point", point)
+        axis = rotate(conjugate(poses[1].rotation), unit_vector("add_bond: normal", normal))
+        ends = [pose.inverse()(place) for pose in poses]
+        self._bonds.append(Bond(a, b, *ends, axis, tension, opening))
+        return len(self._bonds) - 1
 
     def add_floor(
         self, *, height: float = 0.0, material: Material | None = None, name: str | None = None
@@ -385,28 +412,11 @@ class ModelBuilder(PartBuilder):
             if body.motion == "dynamic" and body.mass == 0:
                 raise InputError(
                     f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
-                    'density= or mass=, or motion="fixed"'
+                    'density= or mass=, or motion="static"'
                 )
+        lists = {name: tuple(getattr(self, f"_{name}")) for name in (*NAMED.values(), *NAMELESS, "unread")}
         model = Model(
-            self._gravity,
-            self._friction_rule,
-            tuple(self._bodies),
-            tuple(self._geoms),
-            tuple(self._joints),
-            tuple(self._couplings),
-            tuple(self._pair_materials),
-            tuple(self._excluded),
-            tuple(self._excluded_geoms),
-            tendons=tuple(self._tendons),
-            actuators=tuple(self._actuators),
-            fluid=self._fluid,
-            fluid_boxes=tuple(self._fluid_boxes),
-            unread=tuple(self._unread),
-            sites=tuple(self._sites),
-            sensors=tuple(self._sensors),
-            visuals=tuple(self._visuals),
-            links=tuple(self._links),
-            trees=self._trees or "none",
+            self._gravity, self._friction_rule, fluid=self._fluid, trees=self._trees or "none", **lists
         )
         keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
         return changed(model, keyframes=keyframes)

@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..limits import plausible
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission
 from .links import Link
-from .parts import Body, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
+from .parts import Body, Bond, Coupling, Dof, Fluid, FluidBox, Geom, Joint, Material, Motor, PairMaterial
 from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .shapes import Shape, shape_of_core
@@ -30,7 +30,7 @@ from .visuals import TriangleMesh, Visual
 PARTS: dict[type, Any] = {
     kind: getattr(_core, kind.__name__)
     for kind in (
-        Material, Motor, Dof, Body, Geom, Joint, Coupling, PairMaterial, Fluid, FluidBox, TendonTerm,
+        Material, Motor, Dof, Body, Geom, Joint, Coupling, PairMaterial, Fluid, FluidBox, Bond, TendonTerm,
         PathElement, Tendon, Transmission, Actuator, Link, Site, Sensor, Visual, Keyframe, Unread,
     )
 }  # fmt: skip

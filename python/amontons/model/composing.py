@@ -14,11 +14,11 @@ from ..checks import changed
 from .drives import Actuator, PathElement, Tendon, Transmission
 from .links import Link
 from .model import Model
-from .parts import OWN, WORLD, Body, Coupling, FluidBox, Geom, Joint, PairMaterial
+from .parts import OWN, WORLD, Body, Bond, Coupling, FluidBox, Geom, Joint, PairMaterial
 from .presets import Keyframe
 from .sensing import Sensor, Site
 from .shapes import Plane
-from .transforms import ORIGIN, Transform, multiply, rotate
+from .transforms import IDENTITY, ORIGIN, Transform, multiply, rotate
 from .visuals import Visual
 
 T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor, Link)
@@ -51,6 +51,15 @@ class Seat:
     """the link of the parent that takes the place of the world, of the builder"""
 
 
+NAMED = {
+    "body": "bodies", "geom": "geoms", "joint": "joints", "coupling": "couplings", "site": "sites",
+    "sensor": "sensors", "tendon": "tendons", "actuator": "actuators", "link": "links",
+}  # fmt: skip
+"""Kinds of parts that have names, and their lists in `Parts`, in `Model` and, after a _, in the builder."""
+NAMELESS = ("pair_materials", "excluded_bodies", "excluded_geoms", "fluid_boxes", "bonds", "visuals")
+"""Lists of the others."""
+
+
 @dataclass(frozen=True)
 class Counts:
     """Numbers of parts of the builder before the model was added."""
@@ -74,9 +83,10 @@ class Parts:
     joints: list[Joint]
     couplings: list[Coupling]
     pair_materials: list[PairMaterial]
-    excluded: list[tuple[int, int]]
+    excluded_bodies: list[tuple[int, int]]
     excluded_geoms: list[tuple[int, int]]
     fluid_boxes: list[FluidBox]
+    bonds: list[Bond]
     tendons: list[Tendon]
     actuators: list[Actuator]
     keyframes: dict[str, KeyframePart]
@@ -234,6 +244,17 @@ class Move:
         )
         return changed(actuator, transmission=moved)
 
+    def bond(self, bond: Bond) -> Bond:
+        a, b = (
+            self.frame(body, Transform(place)).position
+            for body, place in ((bond.body_a, bond.point_a), (bond.body_b, bond.point_b))
+        )
+        turn = self.where[bond.body_b].rotation if bond.body_b in self.where else IDENTITY
+        return changed(
+            bond, body_a=self.index[bond.body_a], body_b=self.index[bond.body_b], point_a=a, point_b=b,
+            normal=rotate(turn, bond.normal),
+        )  # fmt: skip
+
     def pair(self, pair: PairMaterial) -> PairMaterial:
         first = self.before.geoms
         return changed(pair, geom_a=first + pair.geom_a, geom_b=first + pair.geom_b)
@@ -256,12 +277,13 @@ def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Ca
         joints=[*named(prefix, (with_dofs_named(prefix, move.joint(j)) for j in model.joints)), *mounts],
         couplings=named(prefix, map(move.coupling, model.couplings)),
         pair_materials=list(map(move.pair, model.pair_materials)),
-        excluded=[(a, b) for a, b in excluded if a != b],
+        excluded_bodies=[(a, b) for a, b in excluded if a != b],
         excluded_geoms=[(before.geoms + a, before.geoms + b) for a, b in model.excluded_geoms],
         fluid_boxes=[
             replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
             for box in model.fluid_boxes
         ],
+        bonds=list(map(move.bond, model.bonds)),
         tendons=named(prefix, map(move.tendon, model.tendons)),
         actuators=named(prefix, map(move.actuator, model.actuators)),
         keyframes={
@@ -294,14 +316,14 @@ def merged_bodies(model: Model, seat: Seat) -> set[int]:
     """Fixed bodies without mass on a parent that may move: they cannot be bodies of their own there."""
     if not seat.carries:
         return set()
-    return {b for b, body in enumerate(model.bodies) if body.motion == "fixed" and body.mass == 0}
+    return {b for b, body in enumerate(model.bodies) if body.motion == "static" and body.mass == 0}
 
 
 def moved_body(body: Body, seat: Seat) -> Body:
     turn = seat.in_world.rotation
     return changed(
         body,
-        motion="dynamic" if seat.carries and body.motion == "fixed" else body.motion,
+        motion="dynamic" if seat.carries and body.motion == "static" else body.motion,
         pose=seat.in_world @ body.pose,
         linear_velocity=rotate(turn, body.linear_velocity),
         angular_velocity=rotate(turn, body.angular_velocity),
@@ -334,7 +356,7 @@ def held(model: Model, seat: Seat) -> list[int]:
     still = {b for b, body in enumerate(model.bodies) if body.motion != "dynamic"}
     held_by_others = {find(b) for b in bound | still}
     free = [b for b in range(len(model.bodies)) if leader[b] == b and b not in held_by_others]
-    fixed = [b for b in still if model.bodies[b].motion == "fixed" and seat.carries]
+    fixed = [b for b in still if model.bodies[b].motion == "static" and seat.carries]
     return sorted({*free, *fixed})
 
 

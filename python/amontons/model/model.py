@@ -23,7 +23,7 @@ from .controls import control_limits_of, control_names_of, no_control
 from .coordinates import Coordinate, coordinates_of
 from .drives import Actuator, Tendon
 from .links import Link, Places, check_links, place_index, places_of
-from .parts import NO_FLUID, Body, Coupling, Fluid, FluidBox, Geom, Joint, PairMaterial, words
+from .parts import NO_FLUID, Body, Bond, Coupling, Fluid, FluidBox, Geom, Joint, PairMaterial, words
 from .presets import Keyframe, Unread
 from .sensing import Sensor, Site
 from .transforms import ORIGIN
@@ -77,6 +77,8 @@ class Model:
     """fluid around the bodies that have a fluid box"""
     fluid_boxes: tuple[FluidBox, ...] = ()
     """boxes by which the fluid acts on bodies"""
+    bonds: tuple[Bond, ...] = ()
+    """points at which bodies hold together until they break, as mortar"""
     tendons: tuple[Tendon, ...] = ()
     """lengths with limits, springs and friction"""
     actuators: tuple[Actuator, ...] = ()

@@ -8,17 +8,15 @@ from abc import abstractmethod
 from ..checks import Numbers, changed, shown
 from ..errors import InputError
 from ..guidance import guided
-from .composing import Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
+from .composing import NAMED, NAMELESS, Added, Counts, KeyframePart, Parts, Seat, bottom, parts_of, top
 from .drive_builder import DriveBuilder
 from .joint_builder import Place
 from .links import Link
 from .model import Model, no_model
-from .parts import OWN, WORLD, Coupling, FluidBox, Geom, PairMaterial
+from .parts import OWN, WORLD, Coupling, Geom
 from .presets import Unread
-from .sensing import Sensor, Site
 from .shapes import Shape
 from .transforms import IDENTITY, ORIGIN, Transform, add
-from .visuals import Visual
 
 
 @guided
@@ -27,14 +25,7 @@ class PartBuilder(DriveBuilder):
 
     _geoms: list[Geom]
     _couplings: list[Coupling]
-    _pair_materials: list[PairMaterial]
-    _excluded: list[tuple[int, int]]
-    _excluded_geoms: list[tuple[int, int]]
-    _fluid_boxes: list[FluidBox]
     _keyframes: dict[str, list[KeyframePart]]
-    _sites: list[Site]
-    _visuals: list[Visual]
-    _sensors: list[Sensor]
     _links: list[Link]
     _unread: list[Unread]
     _trees: str | None
@@ -77,7 +68,7 @@ class PartBuilder(DriveBuilder):
         carrier, inner, link = self._place(parent)
         place = inner @ place
         pose = ORIGIN if carrier == WORLD else self._bodies[carrier].pose
-        carries = carrier != WORLD and self._bodies[carrier].motion != "fixed"
+        carries = carrier != WORLD and self._bodies[carrier].motion != "static"
         seat = Seat(carrier, place, pose @ place, carries, link)
         before = Counts(
             len(self._bodies),
@@ -137,17 +128,8 @@ class PartBuilder(DriveBuilder):
 
     def _require_new(self, parts: Parts) -> None:
         """Nothing may be added when a name is taken."""
-        added = {
-            "body": parts.bodies,
-            "geom": parts.geoms,
-            "joint": parts.joints,
-            "coupling": parts.couplings,
-            "site": parts.sites,
-            "sensor": parts.sensors,
-            "tendon": parts.tendons,
-            "actuator": parts.actuators,
-            "link": [*parts.bodies, *parts.links],
-        }
+        added = {kind: getattr(parts, name) for kind, name in NAMED.items()}
+        added["link"] = [*parts.bodies, *parts.links]
         for kind, things in added.items():
             known = dict(self._names[kind])
             if kind in ("body", "link"):
@@ -160,24 +142,11 @@ class PartBuilder(DriveBuilder):
                 known[thing.name] = 0
 
     def _take(self, parts: Parts, model: Model) -> None:
-        for kind, own, new in (
-            ("body", self._bodies, parts.bodies),
-            ("geom", self._geoms, parts.geoms),
-            ("joint", self._joints, parts.joints),
-            ("coupling", self._couplings, parts.couplings),
-            ("site", self._sites, parts.sites),
-            ("sensor", self._sensors, parts.sensors),
-            ("tendon", self._tendons, parts.tendons),
-            ("actuator", self._actuators, parts.actuators),
-            ("link", self._links, parts.links),
-        ):
-            for thing in new:
-                self._append(kind, own, thing)  # type: ignore[arg-type]
-        self._pair_materials += parts.pair_materials
-        self._excluded += parts.excluded
-        self._excluded_geoms += parts.excluded_geoms
-        self._fluid_boxes += parts.fluid_boxes
-        self._visuals += parts.visuals
+        for kind, name in NAMED.items():
+            for thing in getattr(parts, name):
+                self._append(kind, getattr(self, f"_{name}"), thing)
+        for name in NAMELESS:
+            getattr(self, f"_{name}").extend(getattr(parts, name))
         for name, part in parts.keyframes.items():
             self._keyframes.setdefault(name, []).append(part)
         self._unread += model.unread
@@ -190,5 +159,5 @@ def require_movable(who: str, shape: Shape, motion: str) -> None:
         if hasattr(shape, "vertices"):
             remedy = "use shapes.Hull(vertices), or several hulls of its convex parts"
         else:
-            remedy = 'put it on the world by add_geom(None, shape), or use another shape, or motion="fixed"'
+            remedy = 'put it on the world by add_geom(None, shape), or use another shape, or motion="static"'
         raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")

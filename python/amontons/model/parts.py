@@ -17,13 +17,14 @@ from ..checks import (
     named,
     number,
     point,
+    positive,
     sequence,
     shown,
     unit_vector,
     vector3,
 )
 from ..errors import InputError
-from ..guidance import guided
+from ..guidance import former_names, guided
 from .mass import NOTHING, as_matrix
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
@@ -242,7 +243,7 @@ class Body:
 
     name: str = ""
     motion: str = "dynamic"
-    """dynamic | kinematic (keeps the velocity that the state holds) | fixed"""
+    """dynamic | kinematic (keeps the velocity that the state holds) | static"""
     mass: float = 0.0
     """kg"""
     centre_of_mass: Vector3 = (0.0, 0.0, 0.0)
@@ -260,7 +261,7 @@ class Body:
 
     def __post_init__(self) -> None:
         who = named("body", self.name)
-        chosen("motion", self.motion, MOTIONS, {"static": "fixed"})
+        chosen("motion", self.motion, MOTIONS, {"fixed": "static"})
         numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
             fill(self, **{name: vector3(who + name, getattr(self, name))})
@@ -337,6 +338,7 @@ class Geom:
                 )
 
 
+@former_names(play="clearance", play_length="guide_length", play_friction="clearance_friction")
 @dataclass(frozen=True)
 class Joint:
     """Frame A in body A follows frame B in body B through the degrees of freedom, one after the other.
@@ -381,14 +383,14 @@ class Joint:
     """whether the two bodies may touch each other"""
     closes_loop: bool = False
     """a condition between bodies that other joints place: never among `Simulation.q`"""
-    play: float = 0.0
+    clearance: float = 0.0
     """radial clearance of a journal in its bearing (m), 0: none. Its dofs are two slides and a hinge about
     their normal"""
-    play_length: float = 0.0
-    """of a slider along its first slide (m): then `play` is its clearance on either side"""
+    guide_length: float = 0.0
+    """of a slider along its first slide (m): then `clearance` is its clearance on either side"""
     journal_radius: float = 0.0
     """lever of the friction of a journal (m)"""
-    play_friction: float = 0.0
+    clearance_friction: float = 0.0
     """mu of the journal in its bearing, or of the slider in its guide"""
     link_a: int = OWN
     """the link of body A that it holds, an index of `Model.links`; OWN: none"""
@@ -406,7 +408,7 @@ class Joint:
         )
         numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
         numbers(self, who, "lower_distance", "compliance")
-        numbers(self, who, "play", "play_length", "journal_radius", "play_friction")
+        numbers(self, who, "clearance", "guide_length", "journal_radius", "clearance_friction")
         numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:
@@ -512,3 +514,38 @@ class FluidBox:
 
     def __post_init__(self) -> None:
         fill(self, size=vector3("fluid box: size", self.size))
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A point at which two bodies hold together, as mortar does, until it breaks for good.
+
+    It pulls the bodies together with `tension`. Their contact bears the pull: so they resist opening up to
+    `tension`, and sliding up to the coefficient of friction times it, the cohesion. The pull stays the same
+    until the two points are farther apart than `opening`, as in the strip model of Dugdale (1960). A broken
+    bond never acts again; `State.bond_openings` is the largest distance so far. Impulses of the contact
+    include the pull. `ModelBuilder.add_bond` makes one of a point and a normal of the world.
+
+    >>> parts.Bond(0, -1, (0, 0, -0.1), (0, 0, 0.2), (0, 0, 1), tension=500, opening=1e-4).tension
+    500.0
+    """
+
+    body_a: int
+    body_b: int
+    """indices; -1 is the world"""
+    point_a: Vector3
+    point_b: Vector3
+    """in the frames of the bodies (m); one place before anything moves"""
+    normal: Vector3
+    """unit vector from B to A, in the frame of body B"""
+    tension: float
+    """N, > 0"""
+    opening: float
+    """m, > 0; tension times opening is the energy that a break takes (J)"""
+
+    def __post_init__(self) -> None:
+        for name in ("point_a", "point_b"):
+            fill(self, **{name: vector3(f"bond: {name}", getattr(self, name))})
+        fill(self, normal=unit_vector("bond: normal", self.normal))
+        fill(self, tension=positive("bond: tension", self.tension))
+        fill(self, opening=positive("bond: opening", self.opening))

@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..problem.iterate import source_of_device
 from ..problem.options import LAW_TERMS, LAWS, OPTION_TERMS, require_method
 from .own_method import name_of, wrapped
+from .pairs import search_of_device
 
 RECOVERIES = {"projection": "projection", "velocity": "velocity"}
 
@@ -30,6 +31,7 @@ def core_options(given: Mapping[str, Any]) -> _core.SimulationOptions:
     o.threads = 0 if given["threads"] is None else option("threads", given["threads"])
     least = int(option("device_contacts", given["device_contacts"]))
     o.iterates = source_of_device(given["device"], least)
+    o.pairs = search_of_device(given["device"], least)
     o.max_substeps = option("max_substeps", given["max_substeps"])
     o.warm_start = given["warm_start"]
     o.recovery = chosen("recovery", given["recovery"], RECOVERIES)

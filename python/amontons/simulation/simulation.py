@@ -54,7 +54,8 @@ class Simulation:
     An error of the function ends the step and restores the state; so does x of another shape.
     device, device_contacts: steps with at least so many contacts are solved on the device, a name of
     `amontons.devices()`, by "p-spg-fb" or "apgd", under that method or "auto". Smaller steps, steps with
-    cones that the device does not support, and other methods run on the CPU.
+    cones that the device does not support, and other methods run on the CPU. Models of at least so many geoms
+    have their pairs searched there; contacts are the same to the last bit.
     budget: wall clock of a step (s), None for no limit; results then depend on the machine.
     margin: contacts are found up to this gap (m), by default a fiftieth of `Model.length`.
     recovery: correction of errors of position (overlaps, open joints, violated limits). "projection" moves
@@ -360,7 +361,7 @@ class Simulation:
 
         inputs: "controls", of actuators and motors, "joint_forces", generalised forces along qd, or "none".
         contacts: "free": each changed step finds its own contacts. Where contacts begin, end or start to
-            slide there is no derivative: the numbers then belong to a change of 1e-6, `kinks` names the
+            slide there is no derivative: the numbers then belong to a change of 1e-6, `nonsmooth` names the
             states, and a StepWarning says so. "held": contacts, limits and drives stay open, stick, slide or
             stay at a bound as in the step from here, which is what a feedback about a stance needs.
         tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a

@@ -18,7 +18,8 @@ class State:
     (unit quaternions w, x, y, z), angular_velocities (n, 3), forces and torques (n, 3) at the centres of
     mass, held until changed; all in world axes, SI units. joint_forces (nv,) along `Simulation.qd`, held
     until changed (N, N m). controls of all actuators and motors (`Model.control_names`), activations of all
-    actuators. Assigning to an attribute copies into the view.
+    actuators. bond_openings, the largest distance that both sides of each bond have had (m): more than its
+    `opening`, and it is broken. Assigning to an attribute copies into the view.
     joint_coordinates, of every degree of freedom at the start of the last step, follow from the poses and are
     read only: `Simulation.q` sets coordinates.
 
@@ -36,9 +37,11 @@ class State:
     joint_forces: Array
     controls: Array
     activations: Array
+    bond_openings: Array
     __slots__ = (
         "activations",
         "angular_velocities",
+        "bond_openings",
         "controls",
         "forces",
         "joint_coordinates",

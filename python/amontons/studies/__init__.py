@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from .masonry.loads import point_load as point_load
     from .masonry.loads import tilt as tilt
     from .masonry.search import Factor as Factor
+    from .masonry.settling import Settlement as Settlement
+    from .masonry.settling import settlement as settlement
     from .masonry.shaking import GroundMotion as GroundMotion
     from .masonry.shaking import Shaking as Shaking
     from .masonry.shaking import pulse as pulse
@@ -29,12 +31,14 @@ _HOMES = {
     "Factor": "studies.masonry.search",
     "GroundMotion": "studies.masonry.shaking",
     "Load": "studies.masonry.loads",
+    "Settlement": "studies.masonry.settling",
     "Shaking": "studies.masonry.shaking",
     "Stability": "studies.masonry.stability",
     "horizontal": "studies.masonry.loads",
     "point_load": "studies.masonry.loads",
     "pulse": "studies.masonry.shaking",
     "read_ground_motion": "studies.masonry.shaking",
+    "settlement": "studies.masonry.settling",
     "shake": "studies.masonry.shaking",
     "read_assembly": "io.assemblies",
     "stability": "studies.masonry.stability",

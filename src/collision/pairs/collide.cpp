@@ -16,7 +16,7 @@ namespace collision {
 namespace {
 
 // Shapes whose distance from a point has a closed form, or for ellipsoids a root that Newton's method finds.
-constexpr Kinds near_known = kinds<Sphere, Capsule, Box, Cylinder, Ellipsoid>;
+constexpr Kinds near_known = kinds<Capsule, Box, Cylinder, Ellipsoid>;
 
 // The first row that contains both kinds serves the pair: special algorithms first, the general ones last. A
 // special algorithm needs a reason beyond speed, which its row states. That is an exact result where the
@@ -25,6 +25,7 @@ constexpr std::array rows{
     PairRow{convex_kinds, kinds<Plane>, collide_plane, "every corner is a constraint of its own"},
     PairRow{convex_kinds, kinds<Mesh>, collide_mesh, "triangle by triangle, normals of active edges only"},
     PairRow{convex_kinds, kinds<HeightField>, collide_height_field, "as a mesh, found by rows and columns"},
+    PairRow{kinds<Sphere>, kinds<Sphere>, collide_spheres, "the distance of two points: no turn changes it"},
     PairRow{kinds<Sphere>, near_known, collide_sphere, "the distance of a point: exact, one point"},
     PairRow{kinds<Capsule>, kinds<Capsule>, collide_capsules, "the distance of two segments: exact"},
     PairRow{kinds<Box>, kinds<Box>, collide_boxes, "separating axes: faster than GJK, exact when resting"},

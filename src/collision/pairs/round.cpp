@@ -103,7 +103,6 @@ SurfaceDistance distance_to_ellipsoid(const Vec3& radii, const Vec3& p) {
 // The distance of a point in the shape's own frame. On the axis of a round shape all normals are equivalent;
 // the chosen one is fixed in the shape.
 SurfaceDistance distance_to(const Shape& shape, const Vec3& p) {
-  if (const auto* sphere = std::get_if<Sphere>(&shape)) return from_core(p, sphere->radius, {0, 0, 1});
   if (const auto* capsule = std::get_if<Capsule>(&shape)) {
     const double z = std::clamp(p.z, -capsule->half_length, capsule->half_length);
     return from_core(p - Vec3{0, 0, z}, capsule->radius, {1, 0, 0});
@@ -137,6 +136,17 @@ Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double
 }
 
 }  // namespace
+
+// Only the places of the centres count, so that a turn of a ball changes no bit. On one centre no direction
+// is right; the chosen one is fixed in b.
+void collide_spheres(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
+  const double radius_a = std::get<Sphere>(a.shape).radius, radius_b = std::get<Sphere>(b.shape).radius;
+  const Vec3 offset = a.frame.position - b.frame.position;
+  const double distance = norm(offset), gap = distance - radius_b - radius_a;
+  if (!(gap <= margin)) return;
+  const Vec3 n = distance > 0 ? offset / distance : rotate(b.frame.rotation, {0, 0, 1});
+  points.push_back({a.frame.position - (radius_a + 0.5 * gap) * n, n, gap});
+}
 
 // The gap is the distance of the sphere's centre from the surface minus the radius, along that surface's
 // normal.

@@ -4,7 +4,9 @@
 // Pairs of round shapes that have closed forms.
 namespace amontons::collision {
 
-// A sphere and a sphere, capsule, box, cylinder or ellipsoid: shapes with a known distance from a point.
+// Two spheres: the distance of two points.
+PairFunction collide_spheres;
+// A sphere and a capsule, box, cylinder or ellipsoid: shapes with a known distance from a point.
 PairFunction collide_sphere;
 // Two capsules: the distance of two segments.
 PairFunction collide_capsules;

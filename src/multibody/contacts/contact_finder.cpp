@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <span>
 
-#include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/policy.hpp"
+#include "multibody/contacts/touch.hpp"
 
 namespace amontons {
 
@@ -35,27 +34,6 @@ GeomMotion motion_of(const Geom& geom, const Transform& frame, const BodyFrame& 
 // Upper bound of the approach speed of two geoms.
 double approach(const GeomMotion& a, const GeomMotion& b) {
   return norm(a.centre - b.centre) + a.spin + b.spin;
-}
-
-// Directions of a geom, given in the frame of its body.
-Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
-  if (v == Vec3{}) return {};
-  return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
-}
-
-// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin.
-struct SurfaceMotion {
-  Vec3 linear, spin;
-};
-
-SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b, const Transform& frame_b,
-                             const BodyFrames& bodies) {
-  const auto of = [&](const Geom& geom, const Transform& frame) {
-    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
-    return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
-  };
-  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
-  return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
 }
 
 // Arms on the world are measured from its origin.
@@ -84,75 +62,53 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
-// Sets the contact of a pair to one of its points, for bodies with these centres of mass. Only the tangential
-// part of surface velocities counts: a conveyor does not lift its load.
-void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
-             Contact& c) {
-  c.point = p.point;
-  c.normal = p.normal;
-  c.gap = p.gap - c.material.rest_offset;
-  c.r_a = p.point - centre_a;
-  if (c.body_b >= 0) c.r_b = p.point - centre_b;
-  const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
-  c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
-}
-
-// Whether normals jump on the surface of a shape.
-bool has_edges(const Shape& shape) {
-  return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
-         !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
-}
-
-// Change of a normal that moves with a body, as a length; smaller changes are rounding.
-constexpr double same_normal = 1e-6;  // not tuned: rounding
-
-// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
-// pose is found once.
-struct Later {
-  const Reach& reach;
-  double t;
-  std::vector<std::optional<Transform>>& poses;
-  Later(const Reach& r, double time, std::vector<std::optional<Transform>>& memory)
-      : reach(r), t(time), poses(memory) {
-    poses.assign(reach.bodies.size(), std::nullopt);
-  }
-
-  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
-  Vec3 centre(Index body) const {
-    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
-  }
-  Transform frame(const Geom& geom) const {
-    if (geom.body < 0) return geom.frame;
-    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
-    if (!pose) pose = moved(reach.bodies[geom.body], reach.v[geom.body], t);
-    return *pose * geom.frame;
-  }
-};
+// A ball that is larger by this factor contains what arithmetic takes for its surface.
+constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-// Poses and motions of the geoms, and the boxes that they may reach within the step. A box covers the travel
-// of the centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the
-// boxes of all pairs that could touch overlap. A plane has no box, but a height up to which it may reach.
+// Poses do not change between the searches of a step. So the first search places the geoms, and the others
+// only widen the boxes by their own velocities.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   frames_.resize(geoms.size());
-  boxes_.resize(geoms.size());
+  bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
+  const auto place = [&](std::size_t g) {
+    const Geom& geom = geoms[g];
+    frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
+    bounds_[g] = quick_bounds(geom.shape, frames_[g]);
+    fixed_[g] = !model.is_dynamic(geom.body);
+  };
+  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
+    for (; g < last; ++g) place(g);
+  });
+}
+
+// Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
+// centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the boxes of
+// all pairs that could touch overlap. So do the balls of spheres, which grow by the travel in every
+// direction. A plane has no box, but a height up to which it may reach.
+void ContactFinder::reach_out(const Reach& reach) {
+  const Model& model = reach.model;
+  const auto& geoms = model.description().geoms;
+  boxes_ = bounds_;
+  balls_.resize(geoms.size());
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
-  for (std::size_t g = 0; g < geoms.size(); ++g) {
+  const auto reach_of = [&](std::size_t g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
-    frames_[g] = body < 0 ? geom.frame : reach.bodies[body].pose * geom.frame;
-    boxes_[g] = quick_bounds(geom.shape, frames_[g]);
-    fixed_[g] = !model.is_dynamic(body);
-    if (body >= 0 && model.body(body).motion != Motion::fixed)
+    if (body >= 0 && model.body(body).motion != Motion::still)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
     const Vec3 way = reach.h * motions_[g].centre;
     const double grow =
         0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
+    const auto* sphere = std::get_if<Sphere>(&geom.shape);
+    balls_[g] = {frames_[g].position,
+                 sphere ? with_rounding * (sphere->radius + grow + norm(way)) : unbounded};
     for (int i = 0; i < 3; ++i) {
       boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
       boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
@@ -161,7 +117,10 @@ void ContactFinder::place_geoms(const Reach& reach) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
       half_spaces_[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, way)) + grow};
     }
-  }
+  };
+  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
+    for (; g < last; ++g) reach_of(g);
+  });
 }
 
 bool ContactFinder::is_reached(Index a, Index b) const {
@@ -175,14 +134,16 @@ bool ContactFinder::is_reached(Index a, Index b) const {
   return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
 }
 
-void ContactFinder::find_pairs(const Model& model) {
+void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char> stay) {
+  const Model& model = reach.model;
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
-      if (is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b)) pairs_.emplace_back(a, b);
+      if (!(stay[a] && stay[b]) && is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b))
+        pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs(boxes_, fixed_, pairs_);
+  broad_phase_.find_pairs({boxes_, balls_, stay}, pairs_, reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);
@@ -194,27 +155,26 @@ double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const 
   return reach.margin + reach.h * approach(motions_[a], motions_[b]);
 }
 
-// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of the pairs that
-// counts() accepts.
+// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of those of the
+// pairs that counts() accepts.
 template <class Counts, class F>
-void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
+void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
+                          std::vector<ContactPoint>& points, Counts&& counts, F&& f) const {
   const Model& model = reach.model;
-  place_geoms(reach);
-  find_pairs(model);
-  for (auto [a, b] : pairs_) {
+  for (auto [a, b] : pairs) {
     if (!counts(a, b)) continue;
     // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
-    points_.clear();
+    points.clear();
     collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points_);
+            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
     // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
-    if (points_.empty()) continue;
+    if (points.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
     const SurfaceMotion surface =
         surface_motion(model.geom(a), frames_[a], model.geom(b), frames_[b], reach.bodies);
     const Vec3 centre_a = centre_of(reach, c.body_a), centre_b = centre_of(reach, c.body_b);
-    for (const ContactPoint& p : points_) {
+    for (const ContactPoint& p : points) {
       move_to(p, centre_a, centre_b, surface, c);
       f(c, c.gap + reach.h * opening(c, reach.v));
     }
@@ -223,13 +183,49 @@ void ContactFinder::visit(const Reach& reach, Counts&& counts, F&& f) {
 
 // A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
 // needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
-void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
-  contacts.clear();
-  foreseen_ = reach.v;
+void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const {
+  auto& [points, contacts, kept, _1, _2, _3] = part;
   const auto all = [](Index, Index) { return true; };
-  visit(reach, all, [&](const Contact& contact, double closing) {
-    if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
-  });
+  contacts.clear();
+  kept.clear();
+  StandingPairs::Cursor last = pairs.empty() ? 0 : standing_.at(pairs.front());
+  for (const IndexPair& pair : pairs) {
+    const std::size_t before = contacts.size();
+    const bool stand = standing_.stand(reach.model.geom(pair.first).body, reach.model.geom(pair.second).body);
+    const StandingPairs::Kept::Pair* known = stand ? standing_.find(pair, last) : nullptr;
+    if (known) {
+      const std::span<const Contact> found = standing_.contacts(*known);
+      contacts.insert(contacts.end(), found.begin(), found.end());
+    } else {
+      visit(reach, {&pair, 1}, points, all, [&](const Contact& contact, double closing) {
+        if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
+      });
+    }
+    if (stand) kept.add(pair, std::span(contacts).subspan(before));
+  }
+}
+
+// Pairs are independent of each other. Threads take parts of the list, and the parts are joined in its order:
+// the contacts are those of one thread. The first part writes into `contacts` itself, so that one thread
+// copies nothing.
+void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
+  foreseen_ = reach.v;
+  standing_.begin(reach);
+  place_geoms(reach);
+  reach_out(reach);
+  find_pairs(reach, fixed_);
+  if (parts_.empty()) parts_.emplace_back();
+  contacts.swap(parts_[0].contacts);
+  const std::span<Part> parts =
+      in_parts(reach, pairs_.size(), [&](Part& part, std::size_t first, std::size_t last) {
+        collide_pairs(reach, std::span(pairs_).subspan(first, last - first), part);
+      });
+  contacts.swap(parts[0].contacts);
+  for (const Part& part : parts.subspan(1)) {
+    contacts.insert(contacts.end(), part.contacts.begin(), part.contacts.end());
+    parts[0].kept.append(part.kept);
+  }
+  standing_.keep(parts[0].kept);
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
@@ -287,8 +283,10 @@ bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
 void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contacts) {
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
+  reach_out(reach);
+  find_pairs(reach, fixed_);
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
-  visit(reach, one_moves, [&](const Contact& contact, double closing) {
+  visit(reach, pairs_, points_, one_moves, [&](const Contact& contact, double closing) {
     if (closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts))
       found_.push_back(contact);
   });
@@ -299,26 +297,31 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   // No point deviates from its prediction by more than the change of the velocities since the first search,
   // including impacts. The points left out are those with a predicted gap above the margin at the end. If the
   // velocities of a pair change by less than (margin + allowance) / h, none of its points gets deeper than
-  // the allowance. The search is then not needed; in most steps no pair needs it.
+  // the allowance. The search is then not needed; in most steps no pair needs it. In a pile a few pairs do:
+  // those of a geom whose velocity changes by half as much.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   changes_.assign(geoms.size(), GeomMotion{});
-  double most = 0;
+  stay_.assign(geoms.size(), 1);
+  bool any = false;
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Index body = geoms[g].body;
     if (!model.is_dynamic(body)) continue;
     const BodyVelocity difference{reach.v[body].linear - foreseen_[body].linear,
                                   reach.v[body].angular - foreseen_[body].angular};
     changes_[g] = motion_of(geoms[g], frames_[g], reach.bodies[body], difference);
-    most = std::max(most, norm(changes_[g].centre) + changes_[g].spin);
+    stay_[g] = 2 * reach.h * (norm(changes_[g].centre) + changes_[g].spin) <= reach.margin + allowance;
+    any = any || !stay_[g];
   }
-  if (2 * reach.h * most <= reach.margin + allowance) return;
+  if (!any) return;
   const auto changed = [&](Index a, Index b) {
     return reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
-  visit(reach, changed, [&](const Contact& contact, double closing) {
+  reach_out(reach);
+  find_pairs(reach, stay_);
+  visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
     if (edges_.passes(reach, frames_, contact)) return;
     if (!is_known(reach, contact, contacts)) found_.push_back(contact);
@@ -326,111 +329,6 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
     end = end_of_pair(found_, first);
     redundant_.add(reach, std::span(found_).subspan(first, end - first), contacts);
-  }
-}
-
-namespace {
-
-// Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
-bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
-
-// The points in the middle of the step of contacts of a pair that travels by `way` and whose surface turns by
-// `most`. A point on a rim keeps its place beside the centre while the rim moves through it; a corner moves
-// with it. Each point is taken once.
-void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
-                  const std::vector<Contact>& contacts, std::vector<ContactPoint>& points,
-                  std::vector<std::optional<ContactPoint>>& found) {
-  found.assign(keys.size(), std::nullopt);
-  for (std::size_t k = 0; k < keys.size(); ++k) {
-    const Vec3 place = contacts[keys[k].contact].point + way;
-    const auto away = [&](const ContactPoint& p) { return norm_squared(p.point - place); };
-    const auto nearest = std::min_element(points.begin(), points.end(),
-                                          [&](const auto& p, const auto& q) { return away(p) < away(q); });
-    if (nearest == points.end() || away(*nearest) > most * most) continue;
-    found[k] = *nearest;
-    points.erase(nearest);
-  }
-}
-
-}  // namespace
-
-const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
-                                                          const std::vector<Contact>& contacts) {
-  middles_.clear();
-  const Later half(reach, 0.5 * reach.h, later_);
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    const double turn = half.turn(a.body) + half.turn(b.body);
-    const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
-    if ((end - first > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) continue;
-    Contact c = contacts[by_pair_[first].contact];
-    points_.clear();
-    const Transform frame_a = half.frame(a), frame_b = half.frame(b);
-    collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
-            points_);
-    if (rolls) {
-      const Vec3 way =
-          of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
-      match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape),
-                   std::span(by_pair_).subspan(first, end - first), contacts, points_, matched_);
-    } else {
-      if (points_.size() != 1) continue;
-      matched_.assign(1, points_[0]);
-    }
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    for (std::size_t k = first; k < end; ++k) {
-      if (!matched_[k - first]) continue;
-      c = contacts[by_pair_[k].contact];
-      const Vec3 normal = c.normal;
-      move_to(*matched_[k - first], half.centre(c.body_a), half.centre(c.body_b), surface, c);
-      // A normal that turns with neither body belongs to an edge that came near. The neighbours decide
-      // whether it is an internal edge.
-      const auto stays = [&](const Transform& before, const Transform& then) {
-        const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
-        return norm_squared(carried - c.normal) < same_normal * same_normal;
-      };
-      if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
-          stays(frames_[geom_b], frame_b))
-        middles_.emplace_back(by_pair_[k].contact, c);
-    }
-  }
-  return middles_;
-}
-
-// Contacts use the velocity of a point along a constant normal. If a body turns by the angle a, the error is
-// of the order of a times the travel: a body that slides along a turning face ends inside it. So turning
-// pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
-// pair's rows are known: the rows remove an overlap as fast as they may.
-void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  const Later later(reach, reach.h, later_);
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
-  // One search per pair; the first of its contacts provides the data that all share.
-  for (std::size_t first = 0, end = 0; first < by_pair_.size(); first = end) {
-    while (end < by_pair_.size() && by_pair_[end].pair == by_pair_[first].pair) ++end;
-    const auto [geom_a, geom_b] = by_pair_[first].pair;
-    const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
-    if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) continue;
-    Contact c = contacts[by_pair_[first].contact];
-    c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
-    const Transform frame_a = later.frame(a), frame_b = later.frame(b);
-    const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
-    const double offset = c.material.rest_offset;
-    points_.clear();
-    collide(a.shape, frame_a, b.shape, frame_b, offset, points_);
-    if (points_.empty()) continue;
-    const double held = deepest(contacts, std::span(by_pair_).subspan(first, end - first), reach);
-    found_.clear();
-    for (const ContactPoint& p : points_) {
-      if (p.gap - offset >= held - allowance) continue;
-      move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
-      // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
-      c.gap -= reach.h * opening(c, reach.v);
-      found_.push_back(c);
-    }
-    redundant_.add(reach, found_, contacts);
   }
 }
 

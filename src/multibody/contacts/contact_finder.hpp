@@ -1,9 +1,12 @@
 // Finds the points of geoms that may touch within a step.
 #pragma once
+#include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
@@ -11,6 +14,7 @@
 #include "multibody/contacts/internal_edges.hpp"
 #include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/redundant_points.hpp"
+#include "multibody/contacts/standing_pairs.hpp"
 
 namespace amontons {
 
@@ -34,12 +38,40 @@ class ContactFinder {
   // Appends the points at which v, of an unsolved step, leads through fixed geometry. It considers all fixed
   // geometry, because the contacts on which redundant points and internal edges rely may not hold.
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
-  // Index and contact in the middle of the step that v leads through, of pairs that turn. The contact is the
-  // only one of its pair, or one of a rim.
-  using Middles = std::vector<std::pair<std::size_t, Contact>>;
+  // Where a contact touches in the middle of the step that v leads through.
+  struct Middle {
+    std::size_t contact;
+    Index body_a, body_b;
+    Vec3 normal, r_a, r_b, surface_velocity;
+  };
+  // Pairs that turn have one. The contact is the only one of its pair, or one of a rim.
+  using Middles = std::vector<Middle>;
   const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
 
  private:
+  // Results of one part of a search, and the memory of the thread that makes them.
+  struct Part {
+    std::vector<ContactPoint> points;
+    std::vector<Contact> contacts;
+    StandingPairs::Kept kept;
+    Middles middles;
+    std::vector<std::size_t> deep;  // places in by_pair_ of pairs that overlap
+    std::vector<std::optional<ContactPoint>> matched;
+  };
+  // Size (entries) of the parts that threads share.
+  static constexpr std::size_t part_size = 1024;  // not tuned: 100 us, long beside the hand-over to a thread
+  // Calls f(part, first, last) for all parts of `count` entries. Returns the parts, at least one.
+  template <class F>
+  std::span<Part> in_parts(const Reach& reach, std::size_t count, F&& f) {
+    parts_.resize(std::max(parts_.size(), count / part_size + 1));
+    const std::size_t parts =
+        for_parts(reach.threads, count, part_size,
+                  [&](std::size_t k, std::size_t first, std::size_t last) { f(parts_[k], first, last); });
+    return std::span(parts_).first(parts);
+  }
+  // Poses of the bodies later in the step, in later_contacts.cpp.
+  struct Later;
+
   // Appends the points that v brings deeper than `allowance` and that are not among the contacts.
   void find_missed(const Reach& reach, double allowance, std::vector<Contact>& contacts);
   // Appends the points of known pairs that overlap by more than `allowance` in the poses to which v leads. An
@@ -52,35 +84,49 @@ class ContactFinder {
   // Whether a point equals one of the contacts, whose keys are in by_pair_: the same features of the same
   // pair.
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
+  // Poses of the geoms and boxes around them, for all searches of a step; then what they may reach with the
+  // velocities of one search.
   void place_geoms(const Reach& reach);
-  // The pairs that may touch within the step, ascending, to pairs_.
-  void find_pairs(const Model& model);
+  void reach_out(const Reach& reach);
+  // Contacts of the pairs, which ascend, within the margin now or at the end of the step; and of those that
+  // stand, for the next search.
+  void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
+  // Adds the middles of one pair; tells whether the pair overlaps in later poses.
+  void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
+                   const std::vector<Contact>& contacts, Part& part) const;
+  bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
+               const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
+  // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
+  void find_pairs(const Reach& reach, std::span<const unsigned char> stay);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
   bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   template <class Counts, class F>
-  void visit(const Reach& reach, Counts&& counts, F&& f);
+  void visit(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
+             Counts&& counts, F&& f) const;
 
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
-  std::vector<Aabb> boxes_;
+  std::vector<Aabb> bounds_, boxes_;             // of the shapes in their poses; of what they may reach
+  std::vector<Ball> balls_;                      // likewise of what spheres may reach
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;
     double top;
   };
   std::vector<HalfSpace> half_spaces_;  // by geom
-  std::vector<unsigned char> fixed_;
+  std::vector<unsigned char> fixed_, stay_;
   BodyVelocities foreseen_;  // velocities of the first search
+  StandingPairs standing_;
   // Per geom: motion with the velocities of the search, and its change by a solve.
   std::vector<GeomMotion> motions_, changes_;
   std::vector<IndexPair> pairs_;
   std::vector<ContactPoint> points_;
+  std::vector<Part> parts_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   Middles middles_;
-  std::vector<std::optional<ContactPoint>> matched_;
   InternalEdges edges_;
   RedundantPoints redundant_;
 };

@@ -25,8 +25,10 @@ double moment_length(const Contact& contact, const BodyMobilities& mobility);
 void append_set(const Contact& contact, SetProduct& K);
 
 // u = v_A + w_A x r_A - v_B - w_B x r_B + surface velocity, and w_A - w_B, for the given velocities: A's
-// point relative to B's, at the stored arms of the contact. It is linear in v as the rows are.
-inline ContactImpulse relative_motion(const Contact& c, const BodyVelocities& v) {
+// point relative to B's, at the stored arms of the contact. It is linear in v as the rows are. `Point` is a
+// Contact, or has those of its members.
+template <class Point>
+ContactImpulse relative_motion(const Point& c, const BodyVelocities& v) {
   ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
                    v[c.body_a].angular};
   if (c.body_b >= 0) {

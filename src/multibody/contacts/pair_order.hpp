@@ -9,7 +9,8 @@
 
 namespace amontons {
 
-inline std::pair<Index, Index> pair_of(const Contact& c) { return {c.geom_a, c.geom_b}; }
+// The geoms of a contact of this step, or of one carried over from the last one.
+inline std::pair<Index, Index> pair_of(const auto& c) { return {c.geom_a, c.geom_b}; }
 
 // For contacts ordered by pairs: the end of the pair that begins at `first`.
 inline std::size_t end_of_pair(const std::vector<Contact>& contacts, std::size_t first) {

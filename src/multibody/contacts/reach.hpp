@@ -1,17 +1,21 @@
 // Input of a search for contacts.
 #pragma once
+#include "amontons/collision/broad_phase.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
 
-// Poses of the bodies, their velocities v over h, and the largest gap that counts.
+// Poses of the bodies, their velocities v over h, and the largest gap that counts. Threads: 0 for one per
+// core. Pairs: who finds boxes that overlap; null: this library. Results depend on neither.
 struct Reach {
   const Model& model;
   const BodyFrames& bodies;
   const BodyVelocities& v;
   double h, margin;
+  unsigned threads = 1;
+  const PairSearch* pairs = nullptr;
 };
 
 // Speed at which the gap of a contact opens, and the gap at the end of the step.

@@ -15,7 +15,7 @@ namespace {
 // Moments are divided by the length of the present contact. A normal impulse that the turn of the basis made
 // negative is set to zero. The solve projects any rest outside the cone. Returns the rows of an impulse of
 // the last step in the frame of a contact of this one.
-void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
+void rows_of(const Contact& c, const CarriedContact& last, double scale, double* x) {
   to_rows(c, scale * last.impulse, scale * last.angular_impulse, 1 / c.moment_length, x);
   x[0] = std::max(0.0, x[0]);
 }
@@ -27,7 +27,7 @@ void rows_of(const Contact& c, const Contact& last, double scale, double* x) {
 // next step finds a pair by bisection.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
                          const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         std::vector<Contact>& kept) {
+                         std::vector<CarriedContact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
   static thread_local std::vector<PairKey> keys;
@@ -35,13 +35,12 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x,
   kept.resize(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const std::size_t i = keys[k].contact;
-    const ContactImpulse impulse = to_world(contacts[i], rows_of_contact(i));
-    Contact& c = kept[k] = contacts[i];
-    c.impulse = impulse.linear;
-    c.angular_impulse = impulse.angular;
-    c.slip = solved[i].slip;
-    c.state = norm(c.slip) > least ? solved[i].state : ContactState::stick;
-    c.local = inverse(bodies[c.body_a].pose)(c.point);
+    const Contact& c = contacts[i];
+    const auto [linear, angular] = to_world(c, rows_of_contact(i));
+    const double slip = solved[i].state == ContactState::slip ? norm(solved[i].slip) : 0;
+    // A contact may be at its limit without slipping.
+    kept[k] = {c.geom_a, c.geom_b, inverse(bodies[c.body_a].pose)(c.point),
+               linear,   angular,  slip > least ? slip : 0};
   }
 }
 
@@ -50,17 +49,16 @@ namespace {
 // A possible match of a contact of this step with one of the last, within their pair.
 struct Match {
   double distance;  // squared
-  std::size_t now, before;
+  std::size_t now;
+  Index before;
   auto operator<=>(const Match&) const = default;
 };
 
-// Matches each contact of one pair with one of the last step: its number in `last`, or ~0. The nearest two
+// Matches each contact of one pair with one of the last step: its number in `last`, or -1. The nearest two
 // are matched first, and no point twice, because its impulse would count twice. Contacts without an impulse
 // are not among the last, so the nearest of them may be that of a neighbour.
-void match(const Model& model, std::span<const Contact> last, const Transform& to_local,
-           std::span<const Contact> contacts, std::vector<Match>& matches, std::vector<std::size_t>& was) {
-  constexpr std::size_t none = ~std::size_t{0};
-  was.assign(contacts.size(), none);
+void match(const Model& model, std::span<const CarriedContact> last, const Transform& to_local,
+           std::span<const Contact> contacts, std::vector<Match>& matches, std::span<Index> was) {
   // A single point of a pair (a rolling ball) is always the same.
   if (contacts.size() == 1 && last.size() == 1) {
     was[0] = 0;
@@ -75,14 +73,14 @@ void match(const Model& model, std::span<const Contact> last, const Transform& t
     const Vec3 local = to_local(contacts[i].point);
     for (std::size_t k = 0; k < last.size(); ++k) {
       const double distance = norm_squared(last[k].local - local);
-      if (distance < reach * reach) matches.push_back({distance, i, k});
+      if (distance < reach * reach) matches.push_back({distance, i, static_cast<Index>(k)});
     }
   }
   std::sort(matches.begin(), matches.end());
   static thread_local std::vector<unsigned char> used;
   used.assign(last.size(), 0);
   for (const Match& m : matches) {
-    if (was[m.now] != none || used[m.before]) continue;
+    if (was[m.now] >= 0 || used[m.before]) continue;
     was[m.now] = m.before;
     used[m.before] = 1;
   }
@@ -91,13 +89,13 @@ void match(const Model& model, std::span<const Contact> last, const Transform& t
 // The first of the contacts from `from` on, ordered by pairs, whose pair is not before `pair`. Steps double
 // until they pass the pair (Bentley and Yao, 1976), and a bisection of the last step follows.
 //
-// Records of contacts are large: a bisection over all of them misses the cache in nearly every step. Pairs of
+// A bisection over all contacts of a pile misses the cache in nearly every step. Pairs of
 // a search ascend, except where a fixed geom became the second one and where contacts were added later. So
 // most pairs lie a few records behind the last one: k records take 2 log2(k) comparisons.
-std::vector<Contact>::const_iterator find_pair(std::vector<Contact>::const_iterator from,
-                                               std::vector<Contact>::const_iterator end,
-                                               const std::pair<Index, Index>& pair) {
-  const auto before = [&](const Contact& c) { return pair_of(c) < pair; };
+std::vector<CarriedContact>::const_iterator find_pair(std::vector<CarriedContact>::const_iterator from,
+                                                      std::vector<CarriedContact>::const_iterator end,
+                                                      const std::pair<Index, Index>& pair) {
+  const auto before = [&](const CarriedContact& c) { return pair_of(c) < pair; };
   std::ptrdiff_t step = 1;
   while (step < end - from && before(from[step])) {
     from += step;
@@ -106,13 +104,14 @@ std::vector<Contact>::const_iterator find_pair(std::vector<Contact>::const_itera
   return std::partition_point(from, std::min(from + step, end), before);
 }
 
-// Calls f(i, last contact that matches contacts[i]) for all matched contacts. Contacts are ordered by pairs,
-// those of the last step ascending: the search goes on from the last pair where pairs ascend.
-template <class F>
-void for_each_known(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
-                    const std::vector<Contact>& contacts, F&& f) {
+}  // namespace
+
+// Contacts are ordered by pairs, those of the last step ascending: the search goes on from the last pair
+// where pairs ascend.
+void find_known(const Model& model, const std::vector<CarriedContact>& last, const BodyFrames& bodies,
+                const std::vector<Contact>& contacts, std::vector<Index>& known) {
   static thread_local std::vector<Match> matches;
-  static thread_local std::vector<std::size_t> was;
+  known.assign(contacts.size(), -1);
   auto first = last.begin();
   for (std::size_t i = 0; i < contacts.size();) {
     const std::pair pair = pair_of(contacts[i]);
@@ -121,58 +120,44 @@ void for_each_known(const Model& model, const std::vector<Contact>& last, const 
     first = find_pair(ascends ? first : last.begin(), last.end(), pair);
     auto after = first;
     while (after != last.end() && pair_of(*after) == pair) ++after;
-    if (first != after)
+    const std::span of_pair = std::span(known).subspan(i, end - i);
+    if (first != after) {
       match(model, std::span(&*first, static_cast<std::size_t>(after - first)),
-            inverse(bodies[contacts[i].body_a].pose), std::span(contacts).subspan(i, end - i), matches, was);
-    else
-      was.assign(end - i, ~std::size_t{0});
-    for (std::size_t k = 0; k < was.size(); ++k, ++i)
-      if (was[k] < last.size()) f(i, first[static_cast<std::ptrdiff_t>(was[k])]);
+            inverse(bodies[contacts[i].body_a].pose), std::span(contacts).subspan(i, end - i), matches,
+            of_pair);
+      for (Index& k : of_pair)
+        if (k >= 0) k += static_cast<Index>(first - last.begin());
+    }
+    i = end;
   }
 }
 
-}  // namespace
-
-void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
-                         std::vector<double>& x0) {
-  // x0 may hold rows already. Those of all contacts follow, zero unless a match is found.
-  std::size_t first = x0.size(), rows = 0, row = first, at = 0;
+void warm_start_contacts(const std::vector<CarriedContact>& last, std::span<const Index> known, double scale,
+                         const std::vector<Contact>& contacts, std::vector<double>& x0) {
+  // x0 may hold rows already. Those of all contacts follow.
+  std::size_t row = x0.size(), rows = 0;
   for (const Contact& c : contacts) rows += static_cast<std::size_t>(c.rows);
-  x0.resize(first + rows, 0.0);
-  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
-    for (; at < i; ++at) row += static_cast<std::size_t>(contacts[at].rows);  // i ascends
-    rows_of(contacts[i], was, scale, &x0[row]);
-  });
+  x0.resize(row + rows, 0.0);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (known[i] >= 0) rows_of(contacts[i], last[static_cast<std::size_t>(known[i])], scale, &x0[row]);
+    row += static_cast<std::size_t>(contacts[i].rows);
+  }
 }
 
-void find_carried(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
-                  const std::vector<Contact>& contacts, std::vector<unsigned char>& carried) {
-  carried.assign(contacts.size(), 0);
-  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact&) { carried[i] = 1; });
-}
-
-// A contact may be at its limit without slipping, so that the state alone does not tell.
-double slip_of(const Contact& c) { return c.state == ContactState::slip ? norm(c.slip) : 0; }
-
-void set_slipping_friction(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
-                           std::vector<Contact>& contacts) {
-  if (last.empty() || std::none_of(contacts.begin(), contacts.end(),
-                                   [](const Contact& c) { return c.material.friction_static >= 0; }))
-    return;
-  for_each_known(model, last, bodies, contacts, [&](std::size_t i, const Contact& was) {
+void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last,
+                           std::span<const Index> known, std::vector<Contact>& contacts) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
     Contact& c = contacts[i];
-    if (c.material.friction_static >= 0) set_friction(model.material(c.geom_a, c.geom_b), slip_of(was), c);
-  });
+    if (known[i] >= 0 && c.material.friction_static >= 0)
+      set_friction(model.material(c.geom_a, c.geom_b), last[static_cast<std::size_t>(known[i])].slip, c);
+  }
 }
 
-void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                   const BodyFrames& bodies, std::vector<Contact>& contacts) {
-  if (std::none_of(contacts.begin(), contacts.end(),
-                   [](const Contact& c) { return c.material.compliance > 0; }))
-    return;
-  for_each_known(model, last, bodies, contacts,
-                 [&](std::size_t i, const Contact& was) { contacts[i].held = scale * was.impulse; });
+void hold_contacts(const std::vector<CarriedContact>& last, std::span<const Index> known, double scale,
+                   std::vector<Contact>& contacts) {
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (known[i] >= 0 && contacts[i].material.compliance > 0)
+      contacts[i].held = scale * last[static_cast<std::size_t>(known[i])].impulse;
 }
 
 }  // namespace amontons

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/model/state.hpp"
 #include "amontons/problem/problem.hpp"
 
 namespace amontons {
@@ -13,27 +14,25 @@ namespace amontons {
 // (m/s) is an error of the solve: contacts that share their friction may be at their limit and stick.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
                          const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         std::vector<Contact>& kept);
+                         std::vector<CarriedContact>& kept);
 
-// The slip (m/s) of a contact that slipped; 0 if it stuck.
-double slip_of(const Contact& c);
+// The contact of the last step that each contact continues, by its number there: same geoms, nearest point.
+// -1: none, it had no impulse.
+void find_known(const Model& model, const std::vector<CarriedContact>& last, const BodyFrames& bodies,
+                const std::vector<Contact>& contacts, std::vector<Index>& known);
+
 // Sets the friction of contacts that slipped in the last step, and whose static and kinetic coefficients
 // differ. The others keep the static one, with which they are found.
-void set_slipping_friction(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
-                           std::vector<Contact>& contacts);
+void set_slipping_friction(const Model& model, const std::vector<CarriedContact>& last,
+                           std::span<const Index> known, std::vector<Contact>& contacts);
 
-// Appends the rows of all contacts to x0, zeros without a match in the last step: same geoms, nearest point.
-// The impulses of `last` are scaled by the ratio of the steps.
-void warm_start_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                         const BodyFrames& bodies, const std::vector<Contact>& contacts,
-                         std::vector<double>& x0);
-
-// Which contacts had an impulse in the last step, one entry for each.
-void find_carried(const Model& model, const std::vector<Contact>& last, const BodyFrames& bodies,
-                  const std::vector<Contact>& contacts, std::vector<unsigned char>& carried);
+// Appends the rows of all contacts to x0, zeros for those that are not known. The impulses of `last` are
+// scaled by the ratio of the steps.
+void warm_start_contacts(const std::vector<CarriedContact>& last, std::span<const Index> known, double scale,
+                         const std::vector<Contact>& contacts, std::vector<double>& x0);
 
 // Stores in compliant contacts their impulses of the last step, in the units of this one (Contact::held).
-void hold_contacts(const Model& model, const std::vector<Contact>& last, double scale,
-                   const BodyFrames& bodies, std::vector<Contact>& contacts);
+void hold_contacts(const std::vector<CarriedContact>& last, std::span<const Index> known, double scale,
+                   std::vector<Contact>& contacts);
 
 }  // namespace amontons

@@ -143,19 +143,20 @@ void check_dof(const Dof& dof, const std::string& who) {
           who, "the bounds of the effort of actuators leave none; the lower one comes first");
 }
 
-// Rows of play read two slides and the hinge about their normal, in this order.
-void check_play(const Joint& joint, const std::string& who) {
-  check_not_negative(who, {{joint.play, "play"},
-                           {joint.play_length, "the length of the slider"},
+// Rows of clearance read two slides and the hinge about their normal, in this order.
+void check_clearance(const Joint& joint, const std::string& who) {
+  check_not_negative(who, {{joint.clearance, "clearance"},
+                           {joint.guide_length, "the length of the slider"},
                            {joint.journal_radius, "the radius of the journal"},
-                           {joint.play_friction, "the friction of the play"}});
-  if (joint.play == 0) return;
+                           {joint.clearance_friction, "the friction of the clearance"}});
+  if (joint.clearance == 0) return;
   using Kind = Dof::Kind;
   const auto& dofs = joint.dofs;
   require(joint.kind == JointKind::chain && !joint.spherical && dofs.size() == 3 &&
               dofs[0].kind == Kind::slide && dofs[1].kind == Kind::slide && dofs[2].kind == Kind::hinge,
           who,
-          "play needs two slides and a hinge about their normal, as add_revolute_joint(play=) makes them");
+          "clearance needs two slides and a hinge about their normal, as add_revolute_joint(clearance=) "
+          "makes them");
 }
 
 // More than six dofs have dependent axes in every pose, so that coordinates are not unique. Body A must be
@@ -181,7 +182,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   require(joint.lower_distance >= 0 && joint.lower_distance <= joint.upper_distance &&
               joint.lower_distance < infinity,
           who, "the limits of the distance must satisfy 0 <= lower <= upper");
-  check_play(joint, who);
+  check_clearance(joint, who);
   for (std::size_t k = 0; k < joint.dofs.size(); ++k)
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }
@@ -436,6 +437,22 @@ void check_fluid(const ModelDescription& d) {
   }
 }
 
+// Bonds have no name; their order is that of the description.
+void check_bonds(const ModelDescription& d) {
+  const Index bodies = static_cast<Index>(d.bodies.size());
+  for (std::size_t k = 0; k < d.bonds.size(); ++k) {
+    const Bond& b = d.bonds[k];
+    const std::string who = "bond " + std::to_string(k);
+    require(b.body_a >= world && b.body_a < bodies && b.body_b >= world && b.body_b < bodies, who,
+            "a body does not exist");
+    require(b.body_a != b.body_b, who, "it holds a body to itself; name two bodies");
+    require(is_finite(b.point_a) && is_finite(b.point_b), who, "a point is not finite");
+    require(std::abs(norm(b.normal) - 1) < 1e-6, who, "the normal is no unit vector; normalise it");
+    check_not_negative(who, {{b.tension, "the tension"}, {b.opening, "the opening"}});
+    require(b.tension > 0 && b.opening > 0, who, "the tension and the opening must be positive");
+  }
+}
+
 }  // namespace
 
 // In the order in which a user writes a model, so that the first message concerns the first cause.
@@ -460,6 +477,7 @@ void check(const ModelDescription& d) {
     check_coupling(d, d.couplings[k], label("coupling", d.couplings[k].name, k));
   check_pairs(d);
   check_fluid(d);
+  check_bonds(d);
 }
 
 }  // namespace amontons

@@ -17,16 +17,16 @@ template <class S>
 auto fields_of(S& state) {
   auto& [time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle, forces,
          torques, coordinates, controls, joint_forces, held_forces, held_torques, held_controls, held_joints,
-         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips,
-         rubs] = state;
+         activations, actuators, contacts, wrenches, slips, dofs, balls, couplings, tendons, dof_slips, rubs,
+         bonds] = state;
   return std::tie(time, steps, impulse_step, last_step, positions, orientations, linear, angular, middle,
                   forces, torques, coordinates, controls, joint_forces, held_forces, held_torques,
                   held_controls, held_joints, activations, actuators, contacts, wrenches, slips, dofs, balls,
-                  couplings, tendons, dof_slips, rubs);
+                  couplings, tendons, dof_slips, rubs, bonds);
 }
 
 // The first number of the bytes. A processor that stores numbers in the reverse order reads another one.
-constexpr std::uint64_t magic = 0x32657461746d61ULL;  // "amtate2", the version of this layout
+constexpr std::uint64_t magic = 0x33657461746d61ULL;  // "amtate3", the version of this layout
 
 // 64 bits of FNV-1a (Fowler, Noll, Vo), against damage. One changed byte is found for certain: each round is
 // a bijection of the sum, because the prime is odd. So two sums that differ after one byte also differ after
@@ -85,7 +85,7 @@ struct ByteReader {
     // Contacts alone vary in number. All other arrays have an entry per body, joint, dof and so on, and the
     // step reads them by indices of the model without a check.
     AMONTONS_REQUIRE(width == sizeof(T) && count <= bytes.size() / sizeof(T) &&
-                         (std::is_same_v<T, Contact> || count == list.size()),
+                         (std::is_same_v<T, CarriedContact> || count == list.size()),
                      "state: the bytes are those of another model or version");
     list.resize(count);
     raw(list.data(), count * sizeof(T));
@@ -101,14 +101,6 @@ template <class T>
 bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   static_assert(std::is_trivially_copyable_v<T>);
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-// A step reads these members of a contact; the rest follows from the poses.
-bool same_bits(const std::vector<Contact>& a, const std::vector<Contact>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Contact& c, const Contact& d) {
-    return c.geom_a == d.geom_a && c.geom_b == d.geom_b && c.state == d.state &&
-           same_bits(c.local, d.local) && same_bits(c.impulse, d.impulse) &&
-           same_bits(c.angular_impulse, d.angular_impulse) && same_bits(c.slip, d.slip);
-  });
 }
 
 // Time and the number of steps are the first two fields.

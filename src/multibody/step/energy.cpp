@@ -143,7 +143,7 @@ EnergyBalance along_mean(const EnergyInput& in) {
   }
   work += work_on_trees(in, mean.moved);
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.energy_of_motion * kinetic + step::policy.energy_of_gravity * gravity + recovered +
+          step::policy.three_digits * kinetic + step::policy.energy_of_gravity * gravity + recovered +
               std::min(closing_work(in), step::policy.energy_of_gravity * gravity)};
 }
 

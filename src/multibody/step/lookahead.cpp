@@ -23,7 +23,13 @@ void solve(const StepSetting& step, const StepSolver& solver, const Observed& o,
 // contacts. Returns whether the problem changed.
 static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first, Observed& o,
                            StepProblem& posed, const Solved& solved) {
-  const Reach reach{step.model, o.frames, solved.after, step.h, step.margin};
+  const Reach reach{step.model,
+                    o.frames,
+                    solved.after,
+                    step.h,
+                    step.margin,
+                    step.options.threads,
+                    step.options.pairs.get()};
   const std::size_t known = o.contacts.size();
   step.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "amontons/multibody/joints/actuators.hpp"
+#include "multibody/bodies/bonds.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/step/ahead.hpp"
@@ -55,6 +56,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
     leave_tree_velocities(step.forest, ahead, trees, state);
   }
   advance_activations(step.model, step.h, state);
+  open_bonds(step.model, state);
 }
 
 }  // namespace amontons

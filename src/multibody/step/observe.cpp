@@ -4,6 +4,7 @@
 
 #include "amontons/multibody/joints/actuators.hpp"
 #include "amontons/multibody/joints/joints.hpp"
+#include "multibody/bodies/bonds.hpp"
 #include "multibody/bodies/fluid.hpp"
 #include "multibody/bodies/middle.hpp"
 #include "multibody/contacts/warm_start.hpp"
@@ -75,11 +76,15 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
     o.loads[i].torque += kick * o.held.torques[i];
   }
   add_fluid_loads(model, o.frames, o.mobility, state, kick, o.loads, o.stopped);
+  add_bond_loads(model, o.frames, state, kick, o.loads);
   make_free_velocities(step, o);
   foresee(o);
   clock.lap(&Timings::assembly);
-  step.finder.find({model, o.frames, o.foreseen, h, step.margin}, o.contacts);
-  set_slipping_friction(model, state.contacts, o.frames, o.contacts);
+  step.finder.find(
+      {model, o.frames, o.foreseen, h, step.margin, step.options.threads, step.options.pairs.get()},
+      o.contacts);
+  find_known(model, state.contacts, o.frames, o.contacts, o.known);
+  set_slipping_friction(model, state.contacts, o.known, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
   clock.search = clock.lap(&Timings::collision);
   clock.short_of_time = clock.budget.ends_within(step::policy.least_searches * clock.search);

@@ -36,6 +36,7 @@ struct Observed {
   std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
   std::vector<GyroscopicSpin> spins;
   std::vector<Contact> contacts;
+  std::vector<Index> known;  // per contact: its number among those of the last step; -1: none
   // Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
   BodyMobilities stiffened;
   bool is_stiffened = false;

@@ -27,9 +27,9 @@ struct Policy {
 
   // Solve.
 
-  // Residual (relative to that of zero impulses): a start below it is near its solution. Velocities at the
-  // end of a step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a
-  // speed is none.
+  // Three digits (relative): a start with a smaller residual is near its solution. Velocities at the end of a
+  // step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
+  // none. As much of the kinetic energy may come from the residual and the O(h^2) error of a step.
   double three_digits = 1e-3;
   // Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
   // Four tests of creep need it.
@@ -52,7 +52,9 @@ struct Policy {
   // narrow would take a body in farther (test_step_limits). Off: 1e30.
   double deep = 2;
   // Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do
-  // not move.
+  // not move. Also the tolerance of a correction (relative): later ones follow, and one factorisation solves
+  // linear systems to rounding. A pile at rest beside a robot would add to its iterations with 1e-5 and with
+  // 1e-3 (test_rest_of_islands).
   double allowed_error = 1e-4;
   // Slack of gaps (steps of drift at the tolerance): smaller differences of gaps are ignored in large
   // problems. A wall at rest takes 105,251 iterations instead of 418 without it (measured on 378da62).
@@ -67,9 +69,6 @@ struct Policy {
   // Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if
   // they contradict contacts.
   double softness = 1e-3;
-  // Tolerance (relative): later corrections follow, and one factorisation solves linear systems to rounding.
-  // A pile at rest beside a robot would add to its iterations with 1e-5 and with 1e-3 (test_rest_of_islands).
-  double precision = 1e-4;
   // Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
   // t^2 / 2 of its arm.
   // Off: 1e30.
@@ -88,9 +87,6 @@ struct Policy {
 
   // Energy and second order.
 
-  // Energy gained (relative to the kinetic energy): allowance for the solver's residual and the O(h^2) error
-  // of the step.
-  double energy_of_motion = 1e-3;
   // Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at
   // rest. With a thousandth the probes of a derivative that close a limit count as energy (test_derivative).
   double energy_of_gravity = 0.1;

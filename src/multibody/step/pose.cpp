@@ -53,7 +53,7 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
   posed.again = false;
   if (!step.options.warm_start || !(state.impulse_step > 0)) return;
   const double scale = step.kick() / state.impulse_step;
-  warm_start_contacts(step.model, state.contacts, scale, o.frames, o.contacts, posed.x0);
+  warm_start_contacts(state.contacts, o.known, scale, o.contacts, posed.x0);
   for (double x : posed.rows.x0) posed.x0.push_back(scale * x);
 }
 
@@ -61,8 +61,8 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  find_turns({step.model, o.frames, v, step.h, step.margin}, o.free, enough_of_a_turn(step), o.contacts,
-             step.finder, posed.turns);
+  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, o.free,
+             enough_of_a_turn(step), o.contacts, step.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
@@ -71,15 +71,13 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   find_past_of_trees(step, state, o, posed.rows);
   append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
   if (!step.damped) {
-    static thread_local std::vector<unsigned char>
-        carried;  // per contact: it had an impulse in the last step
-    if (model.joints() > 0) find_carried(model, state.contacts, o.frames, o.contacts, carried);
-    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, carried, step.h,
-                    step.last, step.h * norm(model.description().gravity), allowed_error(model.length())},
-                   state, posed.rows);
+    reflect_joints(
+        {model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, o.known, step.h, step.last,
+         step.h * norm(model.description().gravity), allowed_error(model.length()), step.forest, o.trees},
+        state, posed.rows);
   }
   if (state.impulse_step > 0)
-    hold_contacts(model, state.contacts, step.kick() / state.impulse_step, o.frames, o.contacts);
+    hold_contacts(state.contacts, o.known, step.kick() / state.impulse_step, o.contacts);
   posed.assembly = assembly_of(step, o.contacts, posed.rows.tags.size());
   if (!posed.problem) posed.problem = std::make_shared<Problem>();
   posed.problem->law = step.options.law;

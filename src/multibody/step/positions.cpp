@@ -159,10 +159,11 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
-  options.tolerance = step::policy.precision;
+  options.tolerance = step::policy.allowed_error;
   options.max_iterations = step::policy.most_position_iterations;
   Budget share = budget.part_of_work(step::policy.share_of_part);
   const bool few = linear || rows.tags.size() <= step::policy.few_rows;
+  if (!few) options.iterates = in.step.options.iterates;  // a device that serves large steps serves this, too
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   ++sums.solves;
   sums.add_cost(s);

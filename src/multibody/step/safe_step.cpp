@@ -91,7 +91,9 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();
   if (!clock.budget.ends_within(clock.timings.collision))
-    step.finder.find_fixed({step.model, o.frames, solved.after, h, step.margin}, o.contacts);
+    step.finder.find_fixed(
+        {step.model, o.frames, solved.after, h, step.margin, step.options.threads, step.options.pairs.get()},
+        o.contacts);
   if (o.contacts.size() > known) {
     take_in(solved, known, o, posed);
     write_b(o, posed);

@@ -15,6 +15,10 @@
 // chord. It is removed, D (v- + v+) = e, if it is large beside D v-, and partly if it alternates in sign. In
 // smooth motion e is small, of second order, and does not alternate: half of it is undone in the next step.
 //
+// Bodies of trees came along their joints: rates times columns are no chord. Where joints close loops, e is
+// that of the mean velocities of the displacement. The reflection keeps the rates, because the differences
+// from the chords before and after q cancel, up to second order.
+//
 // Rows of torques always use D (v- + v+) = e. With reflection, light bodies that spin about a locked
 // direction couple with the turn of the axes to a growing motion. The energy of these rows is small.
 #include "multibody/step/second_order.hpp"
@@ -24,10 +28,12 @@
 #include <numeric>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/parts.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/trees/momenta.hpp"
 
 namespace amontons {
 
@@ -152,7 +158,7 @@ const std::vector<unsigned char>& find_near_contacts(const SmoothInput& in) {
   for (const Joint& j : joints) connect(j.body_a, j.body_b);
   for (const Contact& c : in.contacts) connect(c.body_a, c.body_b);
   for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    if (!may_strike(in, in.contacts[i], in.carried[i])) continue;
+    if (!may_strike(in, in.contacts[i], in.known[i] >= 0)) continue;
     for (const Index body : {in.contacts[i].body_a, in.contacts[i].body_b})
       if (in.model.is_dynamic(body)) near[group_of(first, body)] = 1;
   }
@@ -192,6 +198,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     came[i].angular = known ? rows.past[i].velocity.angular
                             : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
+  if (!in.forest.empty())
+    write_mean_before({in.model, in.forest, in.frames, in.start, in.h, in.last}, last.h, in.trees, came);
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   const std::vector<unsigned char>& near = find_near_contacts(in);
@@ -226,17 +234,29 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
 // other pairs with several points it is unknown which of them stay.
 //
 // If a normal turns far in half a step, the body only passes by.
-static Vec3 turn_of(const Contact& c, const Contact& middle, const BodyVelocities& v) {
-  // Tangents are transported by the rotation that takes one normal to the other.
+//
+// The formula below is Rodrigues', with sine and cosine from the two unit normals: the axis is a over its
+// length |a| = sin, and (1 - cos) / sin^2 = 1 / (1 + cos). No angle is needed, and none of its small digits
+// is lost.
+static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
+  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
+  // [a]x
+  // + [a]x^2 / (1 + <m, n>).
+  static const double most = elementary::sin(resolved_turn);
   const Vec3 axis = cross(middle.normal, c.normal);
-  const double sine = norm(axis);
-  if (sine > elementary::sin(resolved_turn) || dot(middle.normal, c.normal) < 0) return {};
+  const double cosine = dot(middle.normal, c.normal);
+  if (norm_squared(axis) > most * most || cosine < 0) return {};
   Vec3 u = relative_motion(middle, v).linear;
-  if (sine > 0) u = rotate(exponential((elementary::asin(std::min(sine, 1.0)) / sine) * axis), u);
+  const Vec3 across = cross(axis, u);
+  u += across + (1 / (1 + cosine)) * cross(axis, across);
   double turn[3];
   ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
   return {turn[0], turn[1], turn[2]};
 }
+
+// Size (contacts) of the parts that threads share.
+static constexpr std::size_t turns_per_part =
+    4096;  // not tuned: 100 us, long beside the hand-over to a thread
 
 // The largest speed (m/s) of a contact point on either body, with the velocities v.
 static double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
@@ -259,9 +279,15 @@ bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
   const double most = step::policy.fastest_turn * (fastest_point(contacts, free) + least);
   static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
   found.assign(contacts.size(), {});
-  for (const auto& [i, middle] : finder.find_middles(reach, contacts))
-    if (const Vec3 turn = turn_of(contacts[i], middle, reach.v); norm(turn) >= least && norm(turn) <= most)
-      found[i] = turn;
+  const ContactFinder::Middles& middles = finder.find_middles(reach, contacts);
+  std::vector<Vec3>& of_contact = found;  // on another thread `found` is that thread's
+  for_parts(reach.threads, middles.size(), turns_per_part, [&](std::size_t, std::size_t m, std::size_t last) {
+    for (; m < last; ++m) {
+      const std::size_t i = middles[m].contact;
+      const Vec3 turn = turn_of(contacts[i], middles[m], reach.v);
+      if (norm(turn) >= least && norm(turn) <= most) of_contact[i] = turn;
+    }
+  });
   turns.resize(contacts.size());
   double change = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -7,6 +7,7 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
 
@@ -23,10 +24,12 @@ struct SmoothInput {
   const BodyVelocities &start, &free;
   const std::vector<GyroscopicSpin>& spins;
   const std::vector<Contact>& contacts;
-  const std::vector<unsigned char>& carried;  // per contact: it had an impulse in the last step
-  double h, last;                             // s, of this step and of the last one; 0: there is none
-  double fall;                                // m/s, that gravity adds in a step
-  double closed;                              // m, gaps up to this one count as closed
+  const std::vector<Index>& known;  // per contact: -1 unless it had an impulse in the last step
+  double h, last;                   // s, of this step and of the last one; 0: there is none
+  double fall;                      // m/s, that gravity adds in a step
+  double closed;                    // m, gaps up to this one count as closed
+  const Forest& forest;
+  TreeStep& trees;
 };
 
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.

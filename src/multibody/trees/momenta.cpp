@@ -109,21 +109,36 @@ void make_momenta(const TreeSetting& in, std::span<const double> rates, double h
   }
 }
 
-// Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
-void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past) {
-  const double h = in.kick();
+// The difference between chord and rates is added to the velocities at the start: those that a user gives
+// need not be velocities of rates.
+void write_mean_before(const TreeSetting& in, double h, TreeStep& trees, BodyVelocities& mean) {
   const BodyVelocities& start = in.start;
   make_momenta(in, trees.before, -h, trees, trees.momenta);
+  make_flows(in.forest, in.frames, start, trees.before, trees);
+  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
+    const Index body = in.forest.bodies[i].body;
+    const Flow more = trees.chord[i] - trees.flow[i];
+    const Vec3 arm = trees.places[i].centre - trees.places[i].reference;
+    mean[body] = {start[body].linear + more.linear + cross(more.angular, arm),
+                  start[body].angular + more.angular};
+  }
+}
+
+// Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
+void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past) {
+  static thread_local BodyVelocities mean;
+  const BodyVelocities& start = in.start;
+  mean.resize(start.size());
+  write_mean_before(in, in.kick(), trees, mean);
   for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
     const Index body = in.forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
     const Transform& moved = trees.moved[i];
-    const Vec3 centre = place.reference + moved(place.centre - place.reference);
-    const Vec3 mean = (1 / h) * (place.centre - centre);
+    const auto [linear, angular] = mean[body];
     past[body] = {{place.reference + moved(place.pose.position - place.reference),
                    moved.rotation * place.pose.rotation},
-                  centre,
-                  {2 * mean - start[body].linear, 2 * trees.chord[i].angular - start[body].angular}};
+                  place.reference + moved(place.centre - place.reference),
+                  {2 * linear - start[body].linear, 2 * angular - start[body].angular}};
   }
 }
 

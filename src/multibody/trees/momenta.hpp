@@ -26,6 +26,9 @@ void make_momenta(const TreeSetting& in, std::span<const double> rates, double h
 void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, TreeStep& trees,
                        std::vector<Flow>& momenta);
 
+// Mean velocities of the bodies of trees over the last displacement, over h; those of other bodies stay.
+void write_mean_before(const TreeSetting& in, double h, TreeStep& trees, BodyVelocities& mean);
+
 // Poses and velocities of the bodies of trees at the start of the last displacement, over h.
 void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past);
 

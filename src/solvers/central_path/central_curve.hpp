@@ -118,7 +118,7 @@ bool CentralCurve<System>::start_near(System& system, const SetProduct& K, Law l
   bool all = true;
   each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law, &u0[row], g);
+    add_de_saxce_term(set, law, &u0[row], g);
     if constexpr (std::is_same_v<S, Interval>)
       curve::start_near(barrier, set, system.units().of_x()[block], &x0[row], g, t);
     else if constexpr (requires { curve::start_near(barrier, &x0[row], g, t); })
@@ -190,13 +190,13 @@ void CentralCurve<System>::linearise() {
     }
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb || !set.has_friction()) return;
-      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+      const double epsilon = curve::policy.rounding * t_, s = set.de_saxce(w),
                    rounded = elementary::hypot(s, epsilon);
       F_[row] -= rounded;
       F_t_[row] -= epsilon * epsilon / rounded;
       if (!(s > 0)) return;
       double g[d];
-      set.saxce_gradient(w, g);
+      set.de_saxce_gradient(w, g);
       for (int j = 0; j < d; ++j)
         for (int k = 1; k < d; ++k) BT[j] -= s / rounded * g[k] * BT[d * k + j];
     }
@@ -287,14 +287,14 @@ bool CentralCurve<System>::bend(Direction& d) {
       double w[n], end[n], g[n];
       barrier.dual(w);
       barrier.dual(end, 1);
-      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+      const double epsilon = curve::policy.rounding * t_, s = set.de_saxce(w),
                    rounded = elementary::hypot(s, epsilon);
       double linear = rounded + d.dt * epsilon * epsilon / rounded;
       if (s > 0) {
-        set.saxce_gradient(w, g);
+        set.de_saxce_gradient(w, g);
         for (int k = 1; k < n; ++k) linear += s / rounded * g[k] * (end[k] - w[k]);
       }
-      bent_[row] -= elementary::hypot(set.saxce(end), epsilon * (1 + d.dt)) - linear;
+      bent_[row] -= elementary::hypot(set.de_saxce(end), epsilon * (1 + d.dt)) - linear;
     }
   });
   corrected_.dt = d.dt;
@@ -380,7 +380,7 @@ bool CentralCurve<System>::step() {
   const int sign = system_->factor(R_, BT_);
   if (sign == 0) return false;
   if (first_sign_ == 0) first_sign_ = sign_before_ = sign;
-  if (sign != sign_before_ && t_ < c::policy.far_from_fold * t_before_) return shorten();
+  if (sign != sign_before_ && t_ < c::policy.most_change * t_before_) return shorten();
   if (!find_directions()) return false;
   if (largest(back_) > c::policy.neighbourhood) return back();
   back_steps_ = 0;
@@ -389,7 +389,7 @@ bool CentralCurve<System>::step() {
   const double speed = norm(along_);
   double part = first_part(falls);
   if (!(part > 0)) return false;
-  for (int i = 0;; ++i, part *= 0.5) {
+  for (int i = 0;; ++i, part *= c::policy.shorter) {
     trial_ = back_;
     add(trial_, falls ? -part : part, along_);
     recover(trial_, false);
@@ -399,7 +399,7 @@ bool CentralCurve<System>::step() {
     const bool last = i == c::policy.most_repeats, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
-    if (last || (!bends && longest_step(trial_) > c::policy.least_free))
+    if (last || (!bends && longest_step(trial_) > c::policy.shorter))
       return move(trial_, std::clamp(1 - share, curve::policy.fraction, curve::policy.most_fraction));
   }
 }

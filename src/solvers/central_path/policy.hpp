@@ -22,14 +22,10 @@ struct Policy {
   // Round numbers, whose neighbours are no better.
 
   // Change (ratio of t): largest rise of a step, and largest fall of one back to the curve, because the curve
-  // bends away beyond.
+  // bends away beyond. After a larger fall beyond a fold the step has jumped to another branch of the curve,
+  // on which it might circle.
   double most_change = 0.5;
-  // Step (relative): share that the boundary must leave, or else the step is halved.
-  double least_free = 0.5;
-  // Ratio of t (after a fold to before it): below it the step has jumped to another branch of the curve, on
-  // which it might circle.
-  double far_from_fold = 0.5;
-  // Step (relative): length of a step that is repeated.
+  // Step (relative): share that the boundary must leave, or else the step is repeated with this length.
   double shorter = 0.5;
   // Aim of a step (distances to the boundary): it may lie beyond, as a step is cut there.
   double beyond = 2;

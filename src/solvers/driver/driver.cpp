@@ -6,6 +6,7 @@
 
 #include "amontons/base/error.hpp"
 #include "amontons/problem/infeasibility.hpp"
+#include "amontons/problem/threaded_product.hpp"
 
 namespace amontons {
 
@@ -29,6 +30,14 @@ bool infeasible(const Problem& problem, Law law, std::span<const double> x, std:
     for (int k = 0; k < S::dim; ++k) step[row + k] -= x[row + k];
   });
   return proves_infeasible(problem, law, step);
+}
+
+// u = A x
+void multiply(const Problem& problem, std::span<const double> x, std::span<double> u, unsigned threads) {
+  if (const auto* system = std::get_if<ContactSystem>(&problem.A))
+    product(*system, x, u, threads);
+  else
+    product(problem.A, x, u);
 }
 
 }  // namespace
@@ -78,8 +87,8 @@ void require_curvature(double dAd, double dPd) {
 
 // Not fused with the natural map: the callers do other work per iteration that costs more.
 double evaluate(const Problem& problem, Law law, const std::vector<double>& x, std::vector<double>& u,
-                Monitor& monitor) {
-  product(problem.A, x, u);
+                Monitor& monitor, unsigned threads) {
+  multiply(problem, x, u, threads);
   ++monitor.products;
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
   return natural_map(problem, law, x, u);
@@ -104,17 +113,17 @@ Start starting_point(const Problem& problem, const Options& options, Monitor& mo
   if (std::all_of(cold.x.begin(), cold.x.end(), [](double v) { return v == 0; }))
     cold.map = natural_map(problem, law_of(problem, options), cold.x, cold.u);
   else
-    cold.map = evaluate(problem, law_of(problem, options), cold.x, cold.u, monitor);
+    cold.map = evaluate(problem, law_of(problem, options), cold.x, cold.u, monitor, options.threads);
   if (options.x0.empty()) return cold;
   Start warm{{options.x0.begin(), options.x0.end()}, std::vector<double>(m), 0};
   project(problem.K, warm.x, warm.x);
-  warm.map = evaluate(problem, law_of(problem, options), warm.x, warm.u, monitor);
+  warm.map = evaluate(problem, law_of(problem, options), warm.x, warm.u, monitor, options.threads);
   return warm.map < worst_start * cold.map ? warm : cold;
 }
 
-void form_velocities(const Problem& problem, Solution& s) {
+void form_velocities(const Problem& problem, Solution& s, unsigned threads) {
   s.u.resize(problem.rows());
-  product(problem.A, s.x, s.u);
+  multiply(problem, s.x, s.u, threads);
   s.objective = 0;
   for (std::size_t i = 0; i < s.u.size(); ++i) {
     s.objective += s.x[i] * (0.5 * s.u[i] + problem.b[i]);
@@ -122,8 +131,8 @@ void form_velocities(const Problem& problem, Solution& s) {
   }
 }
 
-void measure(const Problem& problem, Law law, Solution& s) {
-  form_velocities(problem, s);
+void measure(const Problem& problem, Law law, Solution& s, unsigned threads) {
+  form_velocities(problem, s, threads);
   s.residual = residual(problem, law, s.x, s.u);
 }
 
@@ -131,7 +140,7 @@ Solution finish(const Problem& problem, const Options& options, const char* meth
                 std::span<const double> last, Status status, Monitor& monitor) {
   Solution s;
   s.x = std::move(x);
-  measure(problem, law_of(problem, options), s);
+  measure(problem, law_of(problem, options), s, options.threads);
   ++monitor.products;
   const bool reached = s.residual <= options.tolerance;
   // A method that reports convergence may miss the tolerance by the rounding of its updates.

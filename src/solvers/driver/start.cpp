@@ -7,14 +7,14 @@
 
 namespace amontons {
 
-void begin_at(const Problem& problem, std::span<const double> x0, Solution& s) {
+void begin_at(const Problem& problem, std::span<const double> x0, Solution& s, unsigned threads) {
   s.x.resize(problem.rows());
   project(problem.K, x0, s.x);
-  form_velocities(problem, s);
+  form_velocities(problem, s, threads);
 }
 
 void measure_start(const Problem& problem, const Options& options, Solution& s) {
-  begin_at(problem, options.x0, s);
+  begin_at(problem, options.x0, s, options.threads);
   s.residual = residual(problem, law_of(problem, options), s.x, s.u);
 }
 

@@ -180,8 +180,7 @@ double InteriorPoint::gap(double t) {
 
 std::optional<double> InteriorPoint::step() {
   // Rounding ends the central path: the residual jumps, or the step collapses.
-  if (map_ / scale_ >
-      second_order::policy.lost_path * std::max(monitor.best(), second_order::policy.rounding))
+  if (map_ / scale_ > second_order::policy.collapse * std::max(monitor.best(), second_order::policy.rounding))
     return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
   factor();
@@ -195,7 +194,7 @@ std::optional<double> InteriorPoint::step() {
   // once.
   solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, second_order::policy.fraction * longest_step());
-  if (!(t > second_order::policy.shortest_step)) return std::nullopt;
+  if (!(t > 1 / second_order::policy.collapse)) return std::nullopt;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.move(t); });
   form_x();
   return map_ = evaluate();

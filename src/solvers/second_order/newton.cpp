@@ -81,7 +81,7 @@ class NewtonStep {
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim], foot[S::dim];
       double* y = &y_[row];
-      add_saxce_term(set, law_, &u[row], g);
+      add_de_saxce_term(set, law_, &u[row], g);
       for (int k = 0; k < S::dim; ++k) y[k] = x[row + k] - g[k] / problem_.P[block];
       set.project(y, foot);
       for (int k = 0; k < S::dim; ++k) F_[row + k] = foot[k] - x[row + k];
@@ -117,7 +117,7 @@ class NewtonStep {
       for (int k = 0; k < S::dim; ++k) d[k] = Av_[row + k];
       if constexpr (S::frictional) {
         double slope[S::dim], more = 0;
-        set.saxce_gradient(&u[row], slope);
+        set.de_saxce_gradient(&u[row], slope);
         for (int k = 0; k < S::dim; ++k) more += slope[k] * d[k];
         d[0] += more;
       }
@@ -150,7 +150,7 @@ class NewtonStep {
     for (std::size_t i = 0; i < dx.size(); ++i) basis_[0][i] = F_[i] / norm;
     rhs[0] = norm;
     int k = 0;
-    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.krylov_precision * norm &&
+    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.inexact * norm &&
            !monitor.out_of_time()) {
       solve_symmetric(basis_[k], image_[k], 0, monitor);
       Vector& next = basis_[k + 1];
@@ -209,7 +209,7 @@ class Newton : public VectorIterate {
   }
 
   std::optional<double> step() {
-    const double sigma = std::clamp(second_order::policy.proximal * map_ / scale_,
+    const double sigma = std::clamp(second_order::policy.inexact * map_ / scale_,
                                     second_order::policy.rounding, second_order::policy.most_proximal);
     newton_->direction(x, u, sigma, dx_, monitor);
     if (search())

@@ -10,9 +10,8 @@ constinit Policy policy;
 // Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
 [[maybe_unused]] static const bool named =
     name_policy("second_order", {{"fraction", &policy.fraction},
-                                 {"lost_path", &policy.lost_path},
+                                 {"collapse", &policy.collapse},
                                  {"rounding", &policy.rounding},
-                                 {"shortest_step", &policy.shortest_step},
                                  {"start_margin", &policy.start_margin},
                                  {"near_the_end", &policy.near_the_end},
                                  {"most_stale", &policy.most_stale},
@@ -20,8 +19,7 @@ constinit Policy policy;
                                  {"longest_burst", &policy.longest_burst},
                                  {"halvings", &policy.halvings},
                                  {"sufficient", &policy.sufficient},
-                                 {"proximal", &policy.proximal},
-                                 {"most_proximal", &policy.most_proximal},
-                                 {"krylov_precision", &policy.krylov_precision}});
+                                 {"inexact", &policy.inexact},
+                                 {"most_proximal", &policy.most_proximal}});
 
 }  // namespace amontons::second_order

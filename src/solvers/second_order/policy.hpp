@@ -15,11 +15,11 @@ struct Policy {
   // Step (relative to the distance to the boundary): on the boundary the scaling does not exist, and a step
   // that ends much nearer leaves the next one no room.
   double fraction = 0.995;
-  // Growth of the residual (ratio to the best one): ends the path. While it converges the residual may rise
-  // for a few steps. At the end W is all rounding, and the residual rises by many powers of ten.
-  double lost_path = 1e4;
-  // Step (relative): a shorter one comes from an iterate squeezed against the boundary, as later ones would.
-  double shortest_step = 1e-4;
+  // Collapse (ratio): growth of the residual over the best one, or shortening of a step, that ends the path.
+  // While it converges the residual may rise for a few steps. At the end W is all rounding, and the residual
+  // rises by many powers of ten. A shorter step comes from an iterate squeezed against the boundary, as later
+  // ones would.
+  double collapse = 1e4;
   // Eigenvalue (units of the block): a starting point with a smaller one is pushed inside.
   double start_margin = 1e-3;
 
@@ -43,14 +43,12 @@ struct Policy {
   int halvings = 3;
   // Residual (relative to the present one): a step that leaves more is a failure, as a burst achieves more.
   double sufficient = 0.9;
-  // Proximal term (relative to the residual): it vanishes with the residual, so that steps become Newton
-  // steps.
-  double proximal = 1e-3;
+  // Inexactness (relative to the residual): of a Newton step, by its proximal term and by GMRES. Both vanish
+  // with the residual, so that steps become Newton steps. A step of three correct digits reduces the residual
+  // by up to three.
+  double inexact = 1e-3;
   // Proximal term (relative): a larger one would shorten the steps far from the solution.
   double most_proximal = 1e-6;
-  // Residual (relative to the start of GMRES): where it stops; a step of three correct digits reduces that of
-  // the problem by up to three.
-  double krylov_precision = 1e-3;
 };
 // Size (vectors, stored twice): of the Krylov space. If so many do not give three digits, the burst after a
 // failed step is a better use of the time.

@@ -163,6 +163,12 @@ def test_ifc(tmp_path):
     assert found.supports == ("cube 0", "cube 1")
     assert np.round(found.blocks[2].mass.centre_of_mass, 6).tolist() == [1, 0.5, 1.5]
     assert stability(found).stands
+    bare = run("project.create_file")
+    run("root.create_entity", bare, ifc_class="IfcProject", name="p")
+    run("root.create_entity", bare, ifc_class="IfcWall", name="w")
+    bare.write(str(tmp_path / "bare.ifc"))
+    with pytest.raises(FileError, match="none of its products has a body .IfcWall."):
+        read_assembly(tmp_path / "bare.ifc")
 
 
 # Units and axes are options; sizes like millimetres warn.

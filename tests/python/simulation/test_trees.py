@@ -253,6 +253,24 @@ def test_a_planar_loop_that_its_tree_holds_in_the_plane():
     assert ends[1][0] > 0.46
 
 
+def test_joints_that_close_loops_are_of_second_order():
+    """Breaks when the rates of the last step stand for how bodies came: then 1e-4 m at any step."""
+    errors = []
+    for dt in (2e-3, 1e-3):
+        simulation = Simulation(four_bar("auto"), dt=dt, tolerance=1e-9)
+        simulation.state.forces[2] = (15, 0, 0)
+        errors.append(max(simulation.step().joint_error for _ in range(round(1 / dt))))
+    assert errors[1] < 2e-7
+    assert errors[0] / errors[1] > 3
+
+
+def test_loops_stop_velocities_that_they_forbid():
+    """Breaks when only the velocities that rates have count as those of the last step: the loop tears."""
+    simulation = Simulation(four_bar("auto"), dt=1e-3, tolerance=1e-9)
+    simulation.state.linear_velocities = [(1, 0.5, -2), (-3, 0, 1), (0.5, 2, 3)]
+    assert max(simulation.step().joint_error for _ in range(20)) < 1e-9
+
+
 def hanging(trees="auto"):
     """Two weights on balls, at rest below each other, on the world."""
     b = ModelBuilder(trees=trees)
@@ -409,3 +427,33 @@ def test_many_contacts_on_few_coordinates_are_solved_directly():
     _, reports = run(b.build(), 0.02, 2e-3)
     assert all(r.converged and r.contacts == 70 for r in reports)
     assert {r.method for r in reports} <= {"elimination", "warm start"}
+
+
+def arm_on_a_pile():
+    """Three layers of boxes, 34 in all, and an arm of three links that stands on them: one island."""
+    b = ModelBuilder(trees="auto")
+    b.add_floor()
+    for z, layer in enumerate(((4, 4), (4, 3), (3, 2))):
+        for x, y in np.ndindex(*layer):
+            at = (0.2 * x + 0.1 * (z == 2), 0.2 * y + 0.1 * z, 0.1 + 0.2 * z)
+            b.add_body(shape=amontons.shapes.Box((0.098, 0.098, 0.1)), density=500, position=at)
+    link = amontons.shapes.Box((0.1, 0.05, 0.03))
+    for k in range(3):
+        x = 0.2 + 0.22 * k
+        b.add_body(f"link{k}", shape=link, density=800, position=(x, 0.3, 0.63))
+        if k:
+            b.add_revolute_joint(f"link{k}", f"link{k - 1}", point=(x - 0.11, 0.3, 0.63), axis=(0, 1, 0))
+    return b.build()
+
+
+def test_sparse_factors_of_a_tree_among_free_bodies():
+    """Breaks when such an island has no factors, which its first steps need, or they depend on threads."""
+    found = []
+    for threads in (1, 3):
+        simulation = Simulation(arm_on_a_pile(), dt=2e-3, tolerance=1e-8, threads=threads)
+        reports = [simulation.step() for _ in range(4)]
+        assert all(r.converged for r in reports)
+        assert "interior-point" in {r.method for r in reports}
+        assert sum(r.factorizations for r in reports) < 60
+        found.append(simulation.state.positions.tobytes())
+    assert found[0] == found[1]

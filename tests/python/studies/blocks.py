@@ -1,6 +1,7 @@
 """Blocks for the tests of verdicts."""
 
 import itertools
+import math
 
 import numpy as np
 from amontons.studies import Assembly, Block
@@ -33,3 +34,21 @@ def wall(long, high, mu=0.6):
         for k, (a, b) in enumerate(itertools.pairwise(cuts)):
             blocks.append(box(f"{row}.{k}", (a, 0, 0.2 * row), (b - a, 0.2, 0.2), friction=mu))
     return Assembly(tuple(blocks))
+
+
+def ring(stones, half, radius, thickness, *, width=lambda r, angle: 0.1, mu=2.0):
+    """Voussoirs over angles (rad) up to `half` from the plumb line; width: half of it, at a corner."""
+    step = 2 * half / stones
+
+    def stone(name, start, end, fixed):
+        corners = [
+            (r * math.sin(angle), side * width(r, angle), r * math.cos(angle))
+            for angle in (start, end)
+            for side in (-1, 1)
+            for r in (radius - thickness / 2, radius + thickness / 2)
+        ]
+        return Block(name, np.array(corners), TRIANGLES, friction=mu, fixed=fixed)
+
+    ends = (stone("left", -half - step, -half, True), stone("right", half, half + step, True))
+    between = [stone(str(k), -half + k * step, -half + (k + 1) * step, False) for k in range(stones)]
+    return Assembly((*ends, *between))

@@ -19,7 +19,7 @@ namespace amontons {
 enum class Motion : unsigned char {
   dynamic,    // moved by forces and impulses
   kinematic,  // moves with the velocity in the state; forces do not change it
-  fixed,      // does not move
+  still,      // does not move; "static" in files and in Python
 };
 
 // A rigid body: a frame for its geoms and joints, and its mass.
@@ -85,6 +85,17 @@ struct FluidBox {
   Vec3 size;        // edges, m
 };
 
+// A point at which two bodies hold together, as mortar does: it pulls them together with `tension` until the
+// two points are farther apart than `opening`, and then never again. Their contact bears this pull, so that
+// it resists opening up to `tension`, and sliding up to the friction of it.
+struct Bond {
+  Index body_a = world, body_b = world;
+  Vec3 point_a, point_b;  // in the body frames, m; one place before anything moves
+  Vec3 normal{0, 0, 1};   // from B to A, frame of body B, a unit vector
+  double tension = 0;     // N, > 0
+  double opening = 0;     // m, > 0
+};
+
 // Plain data in the order of their references: geoms and joints name bodies by index; tendons, couplings and
 // actuators name joints; the last two also tendons. Nothing is checked until a Model is made.
 struct ModelDescription {
@@ -102,6 +113,7 @@ struct ModelDescription {
   Trees trees = Trees::none;
   Fluid fluid;
   std::vector<FluidBox> fluid_boxes;
+  std::vector<Bond> bonds;
   std::vector<NamedLink> links;
   std::vector<Site> sites;
   std::vector<Sensor> sensors;
@@ -146,6 +158,11 @@ template <>
 inline constexpr auto fields<FluidBox> = std::tuple(
     Field{"body", &FluidBox::body}, Field{"frame", &FluidBox::frame}, Field{"size", &FluidBox::size});
 template <>
+inline constexpr auto fields<Bond> = std::tuple(
+    Field{"body_a", &Bond::body_a}, Field{"body_b", &Bond::body_b}, Field{"point_a", &Bond::point_a},
+    Field{"point_b", &Bond::point_b}, Field{"normal", &Bond::normal}, Field{"tension", &Bond::tension},
+    Field{"opening", &Bond::opening});
+template <>
 inline constexpr auto fields<ModelDescription> = std::tuple(
     Field{"gravity", &ModelDescription::gravity}, Field{"bodies", &ModelDescription::bodies},
     Field{"geoms", &ModelDescription::geoms}, Field{"joints", &ModelDescription::joints},
@@ -154,14 +171,14 @@ inline constexpr auto fields<ModelDescription> = std::tuple(
     Field{"pair_materials", &ModelDescription::pair_materials},
     Field{"excluded_bodies", &ModelDescription::excluded_bodies},
     Field{"excluded_geoms", &ModelDescription::excluded_geoms}, Field{"fluid", &ModelDescription::fluid},
-    Field{"fluid_boxes", &ModelDescription::fluid_boxes},
+    Field{"fluid_boxes", &ModelDescription::fluid_boxes}, Field{"bonds", &ModelDescription::bonds},
     Field{"friction_rule", &ModelDescription::friction_rule}, Field{"trees", &ModelDescription::trees},
     Field{"links", &ModelDescription::links}, Field{"sites", &ModelDescription::sites},
     Field{"sensors", &ModelDescription::sensors}, Field{"visuals", &ModelDescription::visuals},
     Field{"keyframes", &ModelDescription::keyframes}, Field{"unread", &ModelDescription::unread});
 template <>
 inline constexpr auto values_of<Motion> = std::array{
-    Named{"dynamic", Motion::dynamic}, Named{"kinematic", Motion::kinematic}, Named{"fixed", Motion::fixed}};
+    Named{"dynamic", Motion::dynamic}, Named{"kinematic", Motion::kinematic}, Named{"static", Motion::still}};
 template <>
 inline constexpr auto values_of<FrictionRule> =
     std::array{Named{"geometric_mean", FrictionRule::geometric_mean}, Named{"maximum", FrictionRule::maximum},

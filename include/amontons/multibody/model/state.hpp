@@ -31,6 +31,15 @@ struct TendonImpulse {
   double limit = 0;  // > 0 pushes away from the lower limit
 };
 
+// A contact with an impulse in the last step, as far as the next one reads it: a record of a contact is five
+// times as large.
+struct CarriedContact {
+  Index geom_a = -1, geom_b = -1;
+  Vec3 local;                     // the point in the frame of body A
+  Vec3 impulse, angular_impulse;  // without impacts: N s, and N m s about the point
+  double slip = 0;                // m/s; 0: it stuck
+};
+
 // Velocities of a body in the middle of the last step, with which the next one begins, and those that the
 // last step left in the state. They are of the origin of its frame, as in the state.
 struct MiddleVelocity {
@@ -74,9 +83,8 @@ struct State {
   std::vector<double> held_controls, held_joint_forces;
   // Per actuator: activation (ignored without dynamics), impulse of the effort along its length.
   std::vector<double> activations, actuator_impulses;
-  // Contacts with an impulse in the last step, without impacts, sorted by (geom_a, geom_b). The next step
-  // reads their geoms, `local` and impulses.
-  std::vector<Contact> contacts;
+  // Contacts with an impulse in the last step, sorted by (geom_a, geom_b).
+  std::vector<CarriedContact> contacts;
   std::vector<JointWrench> joint_wrenches;
   std::vector<JointSlip> joint_slips;  // in the middle of the step before the last, see step/second_order
   std::vector<DofImpulse> dof_impulses;
@@ -89,6 +97,9 @@ struct State {
   // Two per place at which a tendon rubs, in the order of the tendons: half the sum and half the
   // difference of the tensions' impulses before and after it.
   std::vector<double> rub_impulses;
+  // Per bond: the largest distance (m) that its two points have had after a step. It is broken, for good,
+  // once this exceeds Bond::opening.
+  std::vector<double> bond_openings;
 };
 
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose

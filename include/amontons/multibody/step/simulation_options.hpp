@@ -8,6 +8,8 @@
 
 namespace amontons {
 
+struct PairSearch;  // collision/broad_phase.hpp
+
 // Correction of position errors: overlaps, open joints, violated limits.
 enum class Recovery : unsigned char {
   // Bodies are displaced, velocities are unchanged, and smooth motion is of second order.
@@ -34,6 +36,7 @@ struct SimulationOptions {
                                                             // on the machine
   unsigned threads = 0;                                     // 0: one per core if the problem is large enough
   std::shared_ptr<IterateSource> iterates = {};             // as in Options; null: this library
+  std::shared_ptr<PairSearch> pairs = {};  // who finds geoms that are near; null: this library
   // Largest gap (m) up to which contacts are found; 0: a fiftieth of Model::length(). It is wide enough that
   // unforeseen contacts are rare, and narrow enough that few contacts are open.
   double margin = 0;

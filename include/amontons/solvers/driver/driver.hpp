@@ -107,15 +107,15 @@ struct Start {
 // driver.cpp). Otherwise returns Pi_K(0).
 Start starting_point(const Problem& problem, const Options& options, Monitor& monitor);
 
-// u := A x + b, one product; returns the natural map.
+// u := A x + b, one product by so many threads; returns the natural map.
 double evaluate(const Problem& problem, Law law, const std::vector<double>& x, std::vector<double>& u,
-                Monitor& monitor);
+                Monitor& monitor, unsigned threads = 1);
 // 1/2 x'Ax + b'x with u = A x + b
 double objective(const Problem& problem, const std::vector<double>& x, const std::vector<double>& u);
 
 // Forms u, the objective and the residual of s.x by one product, which the caller counts.
-void form_velocities(const Problem& problem, Solution& s);
-void measure(const Problem& problem, Law law, Solution& s);
+void form_velocities(const Problem& problem, Solution& s, unsigned threads = 1);
+void measure(const Problem& problem, Law law, Solution& s, unsigned threads = 1);
 
 // Ends every solve. Forms u and the residual of x by a fresh product. A residual at or below the tolerance
 // gives `converged`, whatever stopped the method. After a failed solve `last`, the last iterate, serves to

@@ -46,6 +46,12 @@ def read_ifc(path: Path) -> list[Shell]:
         fixed = any(product.is_a(kind) for kind in SUPPORTS)
         density = _density(product)
         shells += split(Shell(str(name), points, faces, fixed=fixed, density=density))
+    if not shells:
+        kinds = sorted({product.is_a() for product in file.by_type("IfcProduct")})
+        raise FileError(
+            f"{path}: none of its products has a body ({', '.join(kinds[:5]) or 'there are no products'}); "
+            "export it with the shapes of the elements"
+        )
     return shells
 
 

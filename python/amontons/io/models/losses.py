@@ -37,11 +37,13 @@ class Lost:
 
 
 def laws_lost(model: Model, *, static: bool) -> list[Lost]:
-    """Laws that a format has no words for: play, backlash, ropes that rub, static friction of joints.
+    """Laws that a format has no words for: clearance, backlash, ropes that rub, static friction of joints.
 
     static: whether it has the static friction of surfaces, though not Stribeck's curve.
     """
     lost = []
+    if model.bonds:
+        lost.append(Lost("model", f"{len(model.bonds)} bonds", "large"))
     for geom in model.geoms:
         material = geom.material
         if material.friction_static is not None and (not static or material.stribeck_speed > 0):
@@ -50,8 +52,8 @@ def laws_lost(model: Model, *, static: bool) -> list[Lost]:
     for joint in model.joints:
         if any(dof.friction_static is not None for dof in joint.dofs):
             lost.append(Lost(f'joint "{joint.name}"', "its static friction", "small"))
-        if joint.play:
-            lost.append(Lost(f'joint "{joint.name}"', "the bearing or guide of its play", "large"))
+        if joint.clearance:
+            lost.append(Lost(f'joint "{joint.name}"', "the bearing or guide of its clearance", "large"))
     for coupling in model.couplings:
         if coupling.backlash:
             lost.append(Lost(f'coupling "{coupling.name}"', "its backlash", "small"))

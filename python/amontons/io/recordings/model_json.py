@@ -39,7 +39,7 @@ def _model_of(description: _core.ModelDescription) -> Model:
         name: parts.all(getattr(description, name))
         for name in (
             "bodies", "geoms", "joints", "tendons", "couplings", "actuators", "pair_materials", "fluid_boxes",
-            *PYTHON_PARTS,
+            "bonds", *PYTHON_PARTS,
         )
     }  # fmt: skip
     fluid: Fluid = parts.of(description.fluid)

@@ -37,7 +37,7 @@ def joint_rows(statics: Statics, equilibrium: Equilibrium) -> np.ndarray:
     pressed = np.maximum(equilibrium.forces[:, 0], 0.0)
     rows = np.zeros(len(statics.joints), dtype=JOINTS)
     shear_at = np.linalg.norm(equilibrium.forces[:, 1:], axis=1)
-    borne_at = statics.mu * (equilibrium.forces[:, 0] + statics.shift.reshape(-1, 3)[:, 0])
+    borne_at = statics.mu * (equilibrium.forces[:, 0] + statics.shift[: 3 * len(owner)].reshape(-1, 3)[:, 0])
     scale = float(np.linalg.norm(statics.weights[:, :3], axis=1).max(initial=0.0))
     for k, joint in enumerate(statics.joints):
         mine = owner == k

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree  # type: ignore[import-untyped]
 
 from ...checks import Array
 from ...errors import InputError
 from ...model.assembly import Assembly, Block
+from ...model.parts import WORLD
 from .polygons import area, common, hull
 
 GAP = 2e-3
@@ -18,18 +20,22 @@ PARALLEL = np.cos(np.radians(3.0))
 """Faces that touch are opposed within 3 degrees"""
 LEAST = 1e-6
 """Area of a joint, over the squared size of the smaller block, below which it is none"""
+ALIKE = 0.45
+"""Distance of unit normals that may be of one face: 26 degrees"""
+WHOLE = 1e-6
+"""Area that the hull of a face may have beyond that of its triangles for the face to be convex"""
 FLAT = 1e-4
 """Distance from a plane, over the size of the block, within which triangles are of one face"""
 
 
 @dataclass(frozen=True)
 class Face:
-    """Triangles of a block in one plane."""
+    """The part of a block's surface in one plane."""
 
     normal: Array
     """(3,) outwards"""
-    corners: Array
-    """(t, 3, 3) of its triangles (m)"""
+    parts: tuple[Array, ...]
+    """(k, 3) convex polygons that make it (m), counter-clockwise about the normal: one, or its triangles"""
     low: Array
     high: Array
     """(3,) bounds (m)"""
@@ -84,17 +90,33 @@ def faces_of(block: Block) -> list[Face]:
     order = [t for t in np.argsort(-areas, kind="stable").tolist() if areas[t] > 1e-12 * size**2]
     left = np.zeros(len(corners), dtype=bool)
     left[order] = True
+    normals = across / np.maximum(areas, 1e-300)[:, None]
+    alike = cKDTree(normals)
     faces = []
     for t in order:
         if not left[t]:
             continue
-        normal = across[t] / areas[t]
-        near = np.abs((corners - corners[t, 0]) @ normal).max(axis=1) <= FLAT * size
-        within = left & near & (across @ normal > 0.9 * areas)
-        left &= ~within
+        normal = normals[t]
+        close = np.array(alike.query_ball_point(normal, ALIKE, return_sorted=True))
+        close = close[left[close]]
+        near = np.abs((corners[close] - corners[t, 0]) @ normal).max(axis=1) <= FLAT * size
+        within = close[near]
+        left[within] = False
         made = corners[within]
-        faces.append(Face(normal, made, made.min(axis=(0, 1)), made.max(axis=(0, 1))))
+        parts = _convex_parts(made, normal, float(areas[within].sum()) / 2)
+        faces.append(Face(normal, parts, made.min(axis=(0, 1)), made.max(axis=(0, 1))))
     return faces
+
+
+def _convex_parts(triangles: Array, normal: Array, size: float) -> tuple[Array, ...]:
+    """The hull of triangles (t, 3, 3) in a plane if it has their area, else the triangles."""
+    if len(triangles) > 1:
+        axes = plane_axes(normal)
+        flat = (triangles.reshape(-1, 3) - triangles[0, 0]) @ axes.T
+        around = hull(flat)
+        if len(around) > 2 and area(around) <= (1 + WHOLE) * size:
+            return (triangles[0, 0] + around @ axes,)
+    return tuple(triangles)
 
 
 def default_gap(assembly: Assembly) -> float:
@@ -162,19 +184,17 @@ def _joint(a: int, b: int, face: Face, other: Face, gap: float, mu: float, least
     normal = other.normal - face.normal
     normal = normal / np.linalg.norm(normal)
     axes = plane_axes(normal)
-    origin = face.corners[0, 0]
-    # Both sides as triangles in the plane, counter-clockwise about the normal of the joint.
-    upper = ((face.corners - origin) @ axes.T)[:, ::-1]
-    lower = (other.corners - origin) @ axes.T
+    origin = face.parts[0][0]
+    # Both sides in the plane, counter-clockwise about the normal of the joint.
+    upper = [((part - origin) @ axes.T)[::-1] for part in face.parts]
+    lower = [(part - origin) @ axes.T for part in other.parts]
     pieces = []
     total = 0.0
-    bounds = [(t.min(axis=0), t.max(axis=0)) for t in lower]
-    for triangle in upper:
-        lo, hi = triangle.min(axis=0), triangle.max(axis=0)
-        for second, (lo2, hi2) in zip(lower, bounds, strict=True):
-            if np.any(lo > hi2) or np.any(lo2 > hi):
-                continue
-            piece = common(triangle, second)
+    lows, highs = (np.array([edge(part, axis=0) for part in lower]) for edge in (np.min, np.max))
+    for first in upper:
+        meet = np.all((first.min(axis=0) <= highs) & (lows <= first.max(axis=0)), axis=1)
+        for k in np.flatnonzero(meet).tolist():
+            piece = common(first, lower[k])
             if len(piece) and (size := area(piece)) > 0:
                 pieces.append(piece)
                 total += size
@@ -194,14 +214,21 @@ def _joint(a: int, b: int, face: Face, other: Face, gap: float, mu: float, least
 
 def _heights(points: Array, face: Face, origin: Array, axes: Array, normal: Array) -> Array:
     """Heights of the plane of a face along the normal of the joint, above plane points (k, 2)."""
-    base = (face.corners[0, 0] - origin) @ face.normal
+    base = (face.parts[0][0] - origin) @ face.normal
     return (base - (points @ axes) @ face.normal) / (normal @ face.normal)
 
 
-def require_joined(assembly: Assembly, joints: Sequence[Joint], gap: float) -> None:
-    """InputError that names the blocks that no chain of joints connects with a support."""
+def require_joined(
+    assembly: Assembly, joints: Sequence[Joint], gap: float, ties: Iterable[tuple[int, int]] = ()
+) -> None:
+    """InputError that names the blocks that no chain of joints connects with a support.
+
+    ties: pairs of blocks that joints of a model connect; -1 is the world.
+    """
     blocks = assembly.blocks
+    ties = list(ties)
     reached = {i for i, block in enumerate(blocks) if block.fixed}
+    reached |= {WORLD} if any(WORLD in pair for pair in ties) else set()
     if not reached:
         low = min(blocks, key=lambda block: float(block.vertices[:, 2].min()))
         raise InputError(
@@ -209,9 +236,9 @@ def require_joined(assembly: Assembly, joints: Sequence[Joint], gap: float) -> N
             'or give supports="lowest" or supports="ground"'
         )
     neighbours: dict[int, set[int]] = {}
-    for joint in joints:
-        neighbours.setdefault(joint.a, set()).add(joint.b)
-        neighbours.setdefault(joint.b, set()).add(joint.a)
+    for a, b in (*((joint.a, joint.b) for joint in joints), *ties):
+        neighbours.setdefault(a, set()).add(b)
+        neighbours.setdefault(b, set()).add(a)
     waiting = list(reached)
     while waiting:
         for near in neighbours.get(waiting.pop(), set()) - reached:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...model.mass import MassProperties
 from ...model.model import Model
 from ...model.parts import WORLD, Geom
 from ...model.shapes import Box, HeightField, Hull, Mesh, Plane
-from ...model.transforms import Transform, rotation_matrix
+from ...model.transforms import ORIGIN, Transform, rotation_matrix
 from ...simulation.simulation import Simulation
 from .joints import Joint, find_joints
 
@@ -26,13 +26,8 @@ Surface = tuple[Array, NDArray[np.int64]]
 def assembly_of(model: Model) -> Assembly:
     """Bodies of boxes and hulls as blocks in their initial poses; geoms of the world as supports.
 
-    Raises InputError for a model with joints, tendons or bodies on given motions, which no verdict knows.
+    A body on a given motion counts as a support at rest. Joints are in `ties`.
     """
-    if model.joints or model.tendons:
-        raise InputError(
-            f"stability: the model has {len(model.joints)} joints and {len(model.tendons)} tendons; a "
-            "verdict is about bodies that touch. Hold joints by a simulation and look at its forces instead"
-        )
     blocks = []
     for index, body in enumerate(model.bodies):
         geoms = [geom for geom in model.geoms if geom.body == index]
@@ -41,7 +36,7 @@ def assembly_of(model: Model) -> Assembly:
         rotation = np.array(rotation_matrix(place.rotation))
         centre = np.array(place(body.centre_of_mass))
         mass = None
-        if body.motion != "fixed":
+        if body.motion == "dynamic":
             inertia = rotation @ np.array(body.inertia) @ rotation.T
             mass = MassProperties(body.mass, tuple(centre), tuple(map(tuple, inertia)))  # type: ignore[arg-type]
         points, faces = _joined(surfaces, centre)
@@ -59,6 +54,29 @@ def assembly_of(model: Model) -> Assembly:
     return Assembly(tuple(blocks), gravity=model.gravity)
 
 
+def touching(model: Model, assembly: Assembly) -> Callable[[int, int], bool]:
+    """Whether two blocks may touch each other, by the masks, exclusions and joints of the model."""
+    apart = {frozenset(pair) for pair in model.excluded_bodies}
+    apart |= {frozenset((int(j.body_a), int(j.body_b))) for j in model.joints if not j.collide}  # type: ignore[arg-type]
+    never = {frozenset(pair) for pair in model.excluded_geoms}
+    always = {frozenset((p.geom_a, p.geom_b)) for p in model.pair_materials if p.always}
+    bodies = len(model.bodies)
+    on: list[list[int]] = [[g for g, geom in enumerate(model.geoms) if geom.body == b] for b in range(bodies)]
+    on += [[g] for g, geom in enumerate(model.geoms) if geom.body == WORLD and _surface(model, geom, ORIGIN)]
+
+    def meet(g: int, h: int) -> bool:
+        one, other = model.geoms[g], model.geoms[h]
+        if frozenset((g, h)) in always:
+            return True
+        masks = bool(one.category & other.mask or other.category & one.mask)
+        return masks and frozenset((one.body, other.body)) not in apart and frozenset((g, h)) not in never
+
+    def touches(a: int, b: int) -> bool:
+        return any(meet(g, h) for g in on[a] for h in on[b])
+
+    return touches
+
+
 def joints_of(model: Model, assembly: Assembly, gap: float | None) -> list[Joint]:
     """Joints over flat faces, and the contact points of a simulation for bodies that share none.
 
@@ -66,6 +84,7 @@ def joints_of(model: Model, assembly: Assembly, gap: float | None) -> list[Joint
     """
     simulation = Simulation(model, dt=1e-6)
     simulation.step()
+    touches = touching(model, assembly)
     supports = {name: i for i, name in enumerate(assembly.names)}
     rows: dict[frozenset[int], list[Joint]] = {}
     for contact in simulation.contacts:
@@ -75,6 +94,8 @@ def joints_of(model: Model, assembly: Assembly, gap: float | None) -> list[Joint
         rows.setdefault(frozenset((a, b)), []).append(joint)
     joints = []
     for joint in find_joints(assembly, gap):
+        if not touches(joint.a, joint.b):
+            continue
         points = rows.get(frozenset((joint.a, joint.b)))
         joints.append(joint if not points else replace(joint, friction=points[0].friction))
     met = {frozenset((joint.a, joint.b)) for joint in joints}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...checks import Array
@@ -13,15 +15,20 @@ NAMED = 3
 """Overlaps that a message names"""
 
 
-def require_apart(assembly: Assembly, gap: float) -> None:
-    """InputError that names blocks which overlap by more than `gap` (m), the depth and the place."""
+def require_apart(
+    assembly: Assembly, gap: float, touches: Callable[[int, int], bool] = lambda a, b: True
+) -> None:
+    """InputError that names blocks which overlap by more than `gap` (m), the depth and the place.
+
+    touches: whether a pair of blocks may touch at all.
+    """
     blocks = assembly.blocks
     low = np.array([block.vertices.min(axis=0) for block in blocks])
     high = np.array([block.vertices.max(axis=0) for block in blocks])
     planes: dict[int, tuple[Array, Array] | None] = {}
     found = []
     for i, j in sorted(near_pairs(low, high, -gap)):
-        if blocks[i].fixed and blocks[j].fixed:
+        if (blocks[i].fixed and blocks[j].fixed) or not touches(i, j):
             continue
         for k in (i, j):
             if k not in planes:
@@ -48,7 +55,7 @@ def _half_spaces(block: Block) -> tuple[Array, Array] | None:
         return None
     faces = faces_of(block)
     normals = np.array([face.normal for face in faces])
-    return normals, np.array([float(face.normal @ face.corners[0, 0]) for face in faces])
+    return normals, np.array([float(face.normal @ face.parts[0][0]) for face in faces])
 
 
 def _closed(block: Block) -> bool:

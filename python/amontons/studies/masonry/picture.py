@@ -19,7 +19,7 @@ from ...model.visuals import TriangleMesh
 from ...report.force_lines import Lines, line_rows
 from ...report.picture import Frame, Picture, View
 from ...simulation.simulation import Simulation
-from .stability import Stability
+from .stability import Stability, velocities
 
 STONE, SUPPORT = (0.82, 0.78, 0.70, 1.0), (0.55, 0.57, 0.60, 1.0)
 FREE, USED = np.array([46.0, 125.0, 50.0]), np.array([200.0, 30.0, 30.0])
@@ -109,18 +109,30 @@ def film(
 ) -> list[NDArray[np.uint8]]:
     """Pictures of the mechanism as it starts: blocks move by their velocities, magnified.
 
-    The fastest corner goes half the median size of a block. Raises InputError if the blocks stand.
+    The mechanism is that of blocks that fall, or of blocks that stand under the first load that makes them
+    fall. The fastest corner goes half the median size of a block. Raises InputError if there is neither.
     """
     columns, rows = _pixels(size)
-    if verdict.mechanism is None:
+    moves = mechanism_of(verdict)
+    if moves is None:
         raise InputError(
-            "film: the blocks stand, so that there is no mechanism; see Factor.mechanism of a load"
+            "film: the blocks stand; ask for a load under which they fall, as loads=[horizontal(1)]"
         )
     drawer = Picture(model_for_pictures(verdict), View(azimuth=azimuth, elevation=elevation))
     far = FILM_SIZE * _size(verdict)
-    frames = [_frame(verdict, far * (k / (FILM_FRAMES - 1)) ** 2) for k in range(FILM_FRAMES)]
+    frames = [_frame(verdict, far * (k / (FILM_FRAMES - 1)) ** 2, moves) for k in range(FILM_FRAMES)]
     framing = drawer.framing([frames[0], frames[-1]], columns / rows)
     return [drawer.draw(frame, framing, columns, rows) for frame in frames]
+
+
+def mechanism_of(verdict: Stability) -> Array | None:
+    """(b, 6) of the mechanism that a film shows; None if no load was found that makes the blocks fall."""
+    if verdict.mechanism is not None:
+        return verdict.mechanism
+    for factor in verdict.factors:
+        if factor.mechanism is not None:
+            return velocities(verdict.statics, factor.mechanism)
+    return None
 
 
 def _pixels(size: Any) -> tuple[int, int]:
@@ -135,10 +147,10 @@ def _size(verdict: Stability) -> float:
     return float(np.median(sizes))
 
 
-def _frame(verdict: Stability, distance: float) -> Frame:
-    """The blocks after the mechanism has moved its fastest corner by `distance` (m)."""
+def _frame(verdict: Stability, distance: float, moves: Array | None = None) -> Frame:
+    """The blocks after a mechanism, (b, 6), has moved its fastest corner by `distance` (m)."""
     blocks = verdict.assembly.blocks
-    moves = verdict.mechanism if verdict.mechanism is not None else np.zeros((len(blocks), 6))
+    moves = np.zeros((len(blocks), 6)) if moves is None else moves
     middles = np.array([block.vertices.mean(axis=0) for block in blocks])
     centres = np.array(
         [m if b.fixed else b.mass.centre_of_mass for b, m in zip(blocks, middles, strict=True)]

@@ -43,12 +43,10 @@ def force_range(statics: Statics, loads: Array, joint: int, along: Array) -> Ran
     for sign in (1.0, -1.0):
         found = []
         for push in PUSHES:
-            bias = np.zeros((len(owner), 3))
-            bias[owner == joint] = sign * push * speed * (frame @ along)
-            solution = statics.problem(loads, bias=bias.ravel()).solve(
-                method="interior-point", tolerance=1e-10
-            )
-            x = (solution.x - statics.shift).reshape(-1, 3)
+            bias = np.zeros(statics.operator.shape[0])
+            bias[: 3 * len(owner)].reshape(-1, 3)[owner == joint] = sign * push * speed * (frame @ along)
+            solution = statics.problem(loads, bias=bias).solve(method="interior-point", tolerance=1e-10)
+            x = (solution.x - statics.shift)[: 3 * len(owner)].reshape(-1, 3)
             found.append(float(np.sum(x[owner == joint] @ (frame @ along))))
             if solution.status == "infeasible" or abs(found[-1]) > UNBOUNDED * weight:
                 found.append(-sign * math.inf)

@@ -10,18 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import Array, nonnegative_number, shown, vector3
+from ...checks import Array, nonnegative_number, positive, shown, vector3
 from ...errors import InputError
 from ...model.assembly import Assembly
 from ...model.model import Model
 from .forces import joint_rows
 from .joints import default_gap, find_joints, require_joined
 from .loads import Load
-from .of_model import assembly_of, joints_of
+from .mortar import OPENING, bonded
+from .of_model import assembly_of, joints_of, touching
 from .overlaps import require_apart
 from .ranges import Range, force_range
 from .search import WITHIN, Factor, least_friction, load_factor
+from .settling import Settlement, settled
 from .statics import Equilibrium, Statics, reduced_faces
+from .ties import Tie, ties_of
 
 VERDICTS = {
     "stands": "forces within the joints balance the weight, and blocks placed freely stay",
@@ -30,6 +33,8 @@ VERDICTS = {
     "crushes": "no forces found within the strength of the joints balance the weight",
     "undecided": "the solves did not decide",
 }
+SETTLED_WITHIN = 0.01
+"""Least relative width of the interval of a settlement"""
 ROUNDS = 12
 """Solves in which the faces that a compressive strength leaves, and the forces on them, settle"""
 
@@ -60,6 +65,8 @@ class Stability:
     """of collapse, one per load that was asked for"""
     notes: tuple[str, ...] = ()
     """what was assumed"""
+    source: Model | None = None
+    """the model that was asked about, if it was one"""
 
     @property
     def stands(self) -> bool:
@@ -79,6 +86,17 @@ class Stability:
         allows others too, see `range_of`.
         """
         return joint_rows(self.statics, self.placed if self.stands else self.equilibrium)
+
+    @property
+    def tie_forces(self) -> dict[str, tuple[Array, Array]]:
+        """For each joint of the model its force (3,) (N) on body a and the moment (3,) (N m) about its point.
+
+        They balance the weight if the blocks stand. Like `joint_forces` they need not be the only ones.
+        """
+        equilibrium = self.placed if self.stands else self.equilibrium
+        parts = np.split(equilibrium.ties, np.cumsum([len(tie.wrenches) for tie in self.statics.ties]))
+        sums = [y @ tie.wrenches for y, tie in zip(parts, self.statics.ties, strict=False)]
+        return {tie.name: (w[:3], w[3:]) for tie, w in zip(self.statics.ties, sums, strict=True)}
 
     @cached_property
     def mechanism(self) -> Array | None:
@@ -104,6 +122,16 @@ class Stability:
             raise InputError("range_of: no forces balance the weight, so that a joint has no range of forces")
         axis = self.statics.joints[joint].normal if along is None else np.array(vector3("along", along))
         return force_range(self.statics, self.statics.weights, joint, np.asarray(axis))
+
+    def model(self, *, opening: float = OPENING) -> Model:
+        """The model whose simulation answers the same question in time: the one of the verdict, or that of
+        `Assembly.model`, with its mortar.
+
+        Where the verdict has `tension`, each joint is bonded at its corners (`parts.Bond`). A bond bears its
+        share of the tension until its sides are `opening` (m) apart, and then never again.
+        """
+        opening = positive("opening", opening)
+        return bonded(self.statics, self.source or self.assembly.model(), opening=opening)
 
     def as_dict(self) -> dict[str, Any]:
         """Verdict, factors and worst joints as plain values, for JSON."""
@@ -153,7 +181,7 @@ def _finite(value: float) -> float | None:
 def stability(
     subject: Model | Assembly,
     *,
-    loads: Iterable[Load] = (),
+    loads: Iterable[Load | Settlement] = (),
     friction_margin: bool = False,
     gap: float | None = None,
     tension: float = 0.0,
@@ -162,13 +190,13 @@ def stability(
 ) -> Stability:
     """Whether blocks that touch stand under their weight, with a proof, and how far they are from falling.
 
-    subject: an `Assembly`, as `read_assembly` makes, or a Model of bodies without joints.
-    loads: growing loads (`horizontal`, `tilt`, `point_load`); each gets its factor of collapse.
+    subject: an `Assembly`, as `read_assembly` makes, or a Model, whose rigid joints, rods and ropes bear too.
+    loads: growing loads (`horizontal`, `tilt`, `point_load`, `settlement`); each gets its factor of collapse.
     friction_margin: also find the least share of all coefficients of friction that suffices.
     gap: largest distance of faces that touch (m); None for a five-hundredth of the median size of a block.
     tension: tensile strength of mortar (Pa), as if it yielded; the cohesion is the friction times it.
     strength: compressive strength of a joint (Pa), by faces that are reduced for a stress block.
-    within: relative width of the interval of a factor.
+    within: relative width of the interval of a factor; of a settlement at least a hundredth.
 
     Raises InputError that names the blocks: none is a support, some hang in the air, some overlap.
 
@@ -179,32 +207,58 @@ def stability(
     tension = nonnegative_number("tension", tension)
     if not strength > 0:
         raise InputError(f"strength is {strength:g}; give the compressive strength of a joint in Pa, > 0")
-    wanted = list(loads)
-    for load in wanted:
-        if not isinstance(load, Load):
-            raise InputError(f"loads: {shown(load)} is no load; make one by horizontal, tilt or point_load")
-    assembly = assembly_of(subject) if isinstance(subject, Model) else subject
-    if not isinstance(assembly, Assembly):
-        raise InputError(f"stability: {shown(subject)} is neither a Model nor an Assembly; see read_assembly")
-    distance = default_gap(assembly) if gap is None else nonnegative_number("gap", gap)
-    require_apart(assembly, distance)
-    found = (
-        joints_of(subject, assembly, distance)
-        if isinstance(subject, Model)
-        else find_joints(assembly, distance)
-    )
-    require_joined(assembly, found, distance)
-    statics = Statics(assembly, tuple(found), tension=tension)
+    wanted = _checked(loads)
+    statics, notes = _statics(subject, gap, tension)
     verdict, statics, equilibrium, placed = _verdict(statics, strength)
     factors = []
     if verdict in ("stands", "needs prestress"):
-        factors = [load_factor(statics, load, within=within) for load in wanted]
+        factors = [
+            settled(statics, load, within=max(within, SETTLED_WITHIN))
+            if isinstance(load, Settlement)
+            else load_factor(statics, load, within=within)
+            for load in wanted
+        ]
         if friction_margin:
             factors.append(least_friction(statics, within=within))
-    notes = [*assembly.notes]
     if math.isfinite(strength) and factors:
         notes.append("factors are of the faces that the strength leaves under the weight alone")
-    return Stability(verdict, assembly, statics, equilibrium, placed, tuple(factors), tuple(notes))
+    source = subject if isinstance(subject, Model) else None
+    proofs = (statics, equilibrium, placed, tuple(factors), tuple(notes), source)
+    return Stability(verdict, statics.assembly, *proofs)
+
+
+def _checked(loads: Iterable[Load | Settlement]) -> list[Load | Settlement]:
+    wanted = list(loads)
+    for load in wanted:
+        if not isinstance(load, Load | Settlement):
+            raise InputError(
+                f"loads: {shown(load)} is no load; make one by horizontal, tilt, point_load or settlement"
+            )
+    return wanted
+
+
+def _statics(subject: Model | Assembly, gap: float | None, tension: float) -> tuple[Statics, list[str]]:
+    """Joints and ties of what was asked about, and notes; InputError for what no verdict can be about."""
+    assembly = assembly_of(subject) if isinstance(subject, Model) else subject
+    if not isinstance(assembly, Assembly):
+        raise InputError(f"stability: {shown(subject)} is neither a Model nor an Assembly; see read_assembly")
+    if all(block.fixed for block in assembly.blocks):
+        raise InputError(
+            f"all {len(assembly.blocks)} blocks are supports, so that none can fall; name fewer in "
+            "supports=, and check which axis of the file points up (up=)"
+        )
+    distance = default_gap(assembly) if gap is None else nonnegative_number("gap", gap)
+    ties: tuple[Tie, ...] = ()
+    left_out: tuple[str, ...] = ()
+    if isinstance(subject, Model):
+        ties, left_out = ties_of(subject)
+        require_apart(assembly, distance, touching(subject, assembly))
+        found = joints_of(subject, assembly, distance)
+    else:
+        require_apart(assembly, distance)
+        found = find_joints(assembly, distance)
+    require_joined(assembly, found, distance, ((tie.a, tie.b) for tie in ties))
+    return Statics(assembly, tuple(found), tension=tension, ties=ties), [*assembly.notes, *left_out]
 
 
 def _verdict(statics: Statics, strength: float) -> tuple[str, Statics, Equilibrium, Equilibrium]:

@@ -15,6 +15,8 @@ friction once it is squeezed. So `placed` asks what happens to blocks put in pla
 Coulomb's problem with joints of a small compliance, and again with a smaller one. The acceleration left is
 proportional to the compliance if the blocks stand, and does not depend on it if they move.
 
+Joints of a model (`ties`) add rows that are free or of one sign; a mechanism keeps the former at rest.
+
 Mortar that bears tension shifts the cones: x = y - s with y in K, s the tensile strength times the area of
 the corner.
 """
@@ -31,10 +33,12 @@ from numpy.typing import NDArray
 
 from ...checks import Array
 from ...model.assembly import Assembly
+from ...problem.cones import Bilateral, Cone, Friction, NonNegative
 from ...problem.operators import Contacts
 from ...problem.problem import Problem
 from .joints import Joint
 from .polygons import inset, shares, widths
+from .ties import Tie
 
 BALANCED = 1e-6
 """Acceleration left over that of free fall, by kinetic energy, up to which the loads are balanced"""
@@ -44,6 +48,9 @@ TOLERANCES = (1e-8, 1e-11)
 """Natural residuals of a solve, and of a second one where the first decides nothing"""
 COMPLIANCES = (1e-5, 1e-7, 1e-9)
 """Compliances of joints placed without stress, over the mean of their diag(A)"""
+ITERATIONS = 200
+"""Iterations of a solve with compliance, where an interior point needs tens. One that stalls goes on for a
+hundred thousand towards a residual that the ratio below needs only where it decides nothing without"""
 VANISHES, REMAINS = 0.1, 0.5
 """Ratio of the accelerations of one compliance and the next, of blocks that stand or move"""
 
@@ -73,6 +80,8 @@ class Equilibrium:
     one that is exact"""
     residual: float
     """natural residual of the solve"""
+    ties: Array
+    """(t,) multiples of the wrenches of the ties of the model, in their order"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +96,8 @@ class Statics:
     """factor of all coefficients of friction"""
     reduced: tuple[Array, ...] | None = None
     """for each joint (k, 2) the corners that bear, where the strength leaves less than the face"""
+    ties: tuple[Tie, ...] = ()
+    """joints of the model, those of both signs first"""
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -103,7 +114,7 @@ class Statics:
                 flat @ joint.axes + (joint.polygon[0] @ joint.normal) * joint.normal
                 for joint, flat in zip(self.joints, self.reduced, strict=True)
             ]
-        owner = np.repeat(np.arange(len(points)), [len(p) for p in points])
+        owner = np.repeat(np.arange(len(points)), np.array([len(p) for p in points], dtype=np.int64))
         return np.concatenate([*points, np.zeros((0, 3))]), owner
 
     @cached_property
@@ -123,13 +134,45 @@ class Statics:
             b,
             arms[0],
             arms[1],
-            np.array([joint.normal for joint in self.joints])[owner],
-            direction=np.array([joint.axes[0] for joint in self.joints])[owner],
+            np.array([joint.normal for joint in self.joints]).reshape(-1, 3)[owner],
+            direction=np.array([joint.axes[0] for joint in self.joints]).reshape(-1, 3)[owner],
+            **self._tie_rows(place, centres),
         )
+
+    def _tie_rows(self, place: dict[int, int], centres: Array) -> dict[str, Array]:
+        """Rows of the ties, of the velocities of both bodies."""
+        bodies: list[list[int]] = [[], []]
+        rows: list[list[Array]] = [[], []]
+        for tie in self.ties:
+            for side, (block, sign) in enumerate(((tie.a, 1.0), (tie.b, -1.0))):
+                k = place.get(block, -1)
+                arm = tie.point - centres[k] if k >= 0 else np.zeros(3)
+                force, moment = tie.wrenches[:, :3], tie.wrenches[:, 3:] + np.cross(arm, tie.wrenches[:, :3])
+                bodies[side] += [k] * len(force)
+                rows[side] += list(sign * np.concatenate((force, moment), axis=1))
+        return {
+            "joint_body_a": np.array(bodies[0], dtype=np.int64),
+            "joint_body_b": np.array(bodies[1], dtype=np.int64),
+            "joint_jacobian_a": np.array(rows[0]).reshape(-1, 6),
+            "joint_jacobian_b": np.array(rows[1]).reshape(-1, 6),
+        }
+
+    @cached_property
+    def free_rows(self) -> int:
+        """Rows of ties that bear both signs."""
+        return sum(len(tie.wrenches) for tie in self.ties if not tie.one_sided)
+
+    @cached_property
+    def cones(self) -> list[Cone]:
+        """K: a cone per corner, then the rows of the ties."""
+        single = sum(len(tie.wrenches) for tie in self.ties) - self.free_rows
+        made: list[Cone] = [Friction(self.mu)] if len(self.mu) else []
+        made += [Bilateral(self.free_rows)] if self.free_rows else []
+        return made + ([NonNegative(single)] if single else [])
 
     @cached_property
     def jacobian(self) -> sp.csr_array:
-        """D, (3 c, 6 n), sparse."""
+        """D, (3 c + t, 6 n), sparse."""
         return self.operator.stored().jacobian()
 
     @cached_property
@@ -144,14 +187,14 @@ class Statics:
 
     @cached_property
     def shift(self) -> Array:
-        """(3 c,) s: the tension that each corner bears (N)."""
+        """(3 c + t,) s: the tension that each corner bears (N)."""
         s = np.zeros((len(self.mu), 3))
         if self.tension:
             for k, joint in enumerate(self.joints):
                 flat = joint.flat if self.reduced is None else self.reduced[k]
                 share = shares(flat) if len(flat) > 2 else np.full(len(flat), 1 / max(len(flat), 1))
                 s[self.corners[1] == k, 0] = self.tension * joint.area * share / share.sum()
-        return s.ravel()
+        return np.append(s, np.zeros(self.operator.shape[0] - s.size))
 
     @cached_property
     def weights(self) -> Array:
@@ -166,7 +209,7 @@ class Statics:
     ) -> Problem:
         """The variational inequality of loads (n, 6) (N, N m).
 
-        bias: (3 c,) velocities added to b. compliance: of each corner, over the mean of its diag(A).
+        bias: (3 c + t,) velocities added to b. compliance: of each corner, over the mean of its diag(A).
         """
         b = self.jacobian @ (self.mobility @ loads.ravel())
         if bias is not None:
@@ -175,11 +218,11 @@ class Statics:
         if self.tension:
             b = b - A @ self.shift
         if compliance:
-            soft = compliance * A.diagonal().reshape(-1, 3).mean(axis=1)
+            soft = compliance * A.diagonal()[: 3 * len(self.mu)].reshape(-1, 3).mean(axis=1)
             arrays = {key: value for key, value in vars(A).items() if not key.startswith("_")}
             A = Contacts.from_arrays(arrays | {"compliance": soft})
-            b = b - np.repeat(soft, 3) * self.shift
-        return Problem(A, b, "friction", mu=self.mu, law=law)
+            b[: 3 * len(soft)] -= np.repeat(soft, 3) * self.shift[: 3 * len(soft)]
+        return Problem(A, b, self.cones, law=law)
 
     def solve(self, loads: Array, *, bias: Array | None = None) -> Equilibrium:
         """The forces that balance loads (n, 6) (N, N m about the centres), or the mechanism that proves that
@@ -195,10 +238,14 @@ class Statics:
 
     def placed(self, loads: Array) -> Equilibrium:
         """Forces and accelerations by Coulomb's law of blocks that were placed without stress."""
+        few = self._placed(loads, ITERATIONS)
+        return few if few.status != "undecided" else self._placed(loads, None)
+
+    def _placed(self, loads: Array, most: int | None) -> Equilibrium:
         left: list[float] = []
         for compliance in COMPLIANCES:
             problem = self.problem(loads, law="coulomb", compliance=compliance)
-            solution = problem.solve(method="interior-point", tolerance=TOLERANCES[0])
+            solution = problem.solve(method="interior-point", tolerance=TOLERANCES[0], max_iterations=most)
             made = self._judged(loads, solution.x, solution.residual)
             left.append(made.unbalanced)
             status = "undecided"
@@ -219,9 +266,11 @@ class Statics:
         unbalanced = float(np.sqrt(max(v @ left, 0.0) / fall)) if fall else 0.0
         u = D @ v
         power = float(f @ v - self.shift @ u)
-        slip = np.linalg.norm(u.reshape(-1, 3)[:, 1:], axis=1)
-        dual = self.mu * slip - u.reshape(-1, 3)[:, 0]
-        outside = float(dual.max(initial=0.0))
+        opens, ties = np.split(u, [3 * len(self.mu)])
+        opens = opens.reshape(-1, 3)
+        dual = self.mu * np.linalg.norm(opens[:, 1:], axis=1) - opens[:, 0]
+        held, single = np.split(ties, [self.free_rows])
+        outside = max(float(part.max(initial=0.0)) for part in (dual, np.abs(held), -single))
         total = float(np.linalg.norm(loads[:, :3], axis=1).sum()) or 1.0
         reach = power / (outside * total) if outside > 0 else np.inf
         status = "undecided"
@@ -229,7 +278,10 @@ class Statics:
             status = "stands"
         elif power > 0 and reach >= PROOF:
             status = "falls"
-        return Equilibrium(status, x.reshape(-1, 3), v.reshape(-1, 6), unbalanced, power, reach, residual)
+        forces, ties = np.split(x, [3 * len(self.mu)])
+        return Equilibrium(
+            status, forces.reshape(-1, 3), v.reshape(-1, 6), unbalanced, power, reach, residual, ties
+        )
 
     def sums(self, equilibrium: Equilibrium) -> tuple[Array, Array]:
         """For each joint the force on block a (j, 3) (N) and its moment about the origin (j, 3) (N m)."""

@@ -189,7 +189,7 @@ class _Building:
         if gravity is None and (physics := content.child("physics")) is not None:
             gravity = physics.child("gravity")
         given = floats(gravity, 3) if gravity is not None else GRAVITY
-        self.builder = ModelBuilder(gravity=given, friction_rule="minimum")
+        self.builder = ModelBuilder(gravity=given, friction_rule="minimum", trees="auto")
         self.shapes = Shapes(self.issues, reader.budget.limits)
         self.bodies: dict[tuple[int, str], int] = {}
         self.apart: set[tuple[int, int]] = set()
@@ -229,9 +229,9 @@ class _Building:
             self._bodies(inner)
 
     def _body(self, scope: Scope, name: str, e: Element) -> int:
-        motion = "fixed" if scope.static else "kinematic" if flag(e, "kinematic") else "dynamic"
+        motion = "static" if scope.static else "kinematic" if flag(e, "kinematic") else "dynamic"
         place = scope.in_world(name, e)
-        solid = NOTHING if motion == "fixed" else self._mass(scope, name, e, place)
+        solid = NOTHING if motion == "static" else self._mass(scope, name, e, place)
         body = self.builder.add_body(
             scope.prefix + name,
             position=place.position,

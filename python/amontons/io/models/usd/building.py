@@ -37,7 +37,7 @@ class Building:
         if scenes:
             bound = scene.targets(scenes[0], "material:binding:physics")
             self.fallback = bound[0] if bound else None
-        self.builder = ModelBuilder(gravity=self._gravity(scenes), friction_rule="mean")
+        self.builder = ModelBuilder(gravity=self._gravity(scenes), friction_rule="mean", trees="auto")
         self.index: dict[str, int] = {}
         self.scales: dict[str, Any] = {}
         self.parts: dict[str, list[Part]] = {}

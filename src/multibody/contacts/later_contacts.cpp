@@ -1,0 +1,197 @@
+// Where known contacts touch later in the step.
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "multibody/bodies/motion.hpp"
+#include "multibody/contacts/contact_finder.hpp"
+#include "multibody/contacts/policy.hpp"
+#include "multibody/contacts/touch.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Whether normals jump on the surface of a shape.
+bool has_edges(const Shape& shape) {
+  return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
+         !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
+}
+// Change of a normal that moves with a body, as a length; smaller changes are rounding.
+constexpr double same_normal = 1e-6;  // not tuned: rounding
+
+// Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
+bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
+
+// The points in the middle of the step of contacts of a pair that travels by `way` and whose surface turns by
+// `most`. A point on a rim keeps its place beside the centre while the rim moves through it; a corner moves
+// with it. Each point is taken once.
+void match_points(const Vec3& way, double most, std::span<const PairKey> keys,
+                  const std::vector<Contact>& contacts, std::vector<ContactPoint>& points,
+                  std::vector<std::optional<ContactPoint>>& found) {
+  found.assign(keys.size(), std::nullopt);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const Vec3 place = contacts[keys[k].contact].point + way;
+    const auto away = [&](const ContactPoint& p) { return norm_squared(p.point - place); };
+    const auto nearest = std::min_element(points.begin(), points.end(),
+                                          [&](const auto& p, const auto& q) { return away(p) < away(q); });
+    if (nearest == points.end() || away(*nearest) > most * most) continue;
+    found[k] = *nearest;
+    points.erase(nearest);
+  }
+}
+
+// Calls f(keys) for the pairs that begin at [first, last) of keys sorted by pair.
+template <class F>
+void for_each_pair(std::span<const PairKey> keys, std::size_t first, std::size_t last, F&& f) {
+  while (first > 0 && first < last && keys[first].pair == keys[first - 1].pair) ++first;
+  for (std::size_t end = first; first < last; first = end) {
+    while (end < keys.size() && keys[end].pair == keys[first].pair) ++end;
+    f(keys.subspan(first, end - first));
+  }
+}
+
+}  // namespace
+
+// Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
+// pose is found once. That of a ball about its centre of mass is known by its place.
+struct ContactFinder::Later {
+  const Reach& reach;
+  double t;
+  std::vector<std::optional<Transform>>& poses;
+  // Where threads share the pairs, all poses are found first.
+  Later(const Reach& r, double time, std::size_t pairs, std::vector<std::optional<Transform>>& memory)
+      : reach(r), t(time), poses(memory) {
+    poses.assign(reach.bodies.size(), std::nullopt);
+    if (pairs <= part_size || reach.threads == 1) return;
+    for_parts(reach.threads, poses.size(), part_size, [&](std::size_t, std::size_t i, std::size_t last) {
+      for (; i < last; ++i) poses[i] = moved(reach.bodies[i], reach.v[i], t);
+    });
+  }
+
+  double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }
+  Vec3 centre(Index body) const {
+    return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
+  }
+  Transform frame(const Geom& geom) const {
+    if (geom.body < 0) return geom.frame;
+    const BodyFrame& body = reach.bodies[geom.body];
+    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
+        body.pose.position == body.centre)
+      return {centre(geom.body), body.pose.rotation};
+    std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
+    if (!pose) pose = moved(body, reach.v[geom.body], t);
+    return *pose * geom.frame;
+  }
+};
+
+void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
+                                const std::vector<Contact>& contacts, Part& part) const {
+  const auto [geom_a, geom_b] = keys[0].pair;
+  const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
+  const double turn = half.turn(a.body) + half.turn(b.body);
+  const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
+  if ((keys.size() > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) return;
+  const Contact& c = contacts[keys[0].contact];
+  part.points.clear();
+  const Transform frame_a = half.frame(a), frame_b = half.frame(b);
+  collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
+          part.points);
+  if (rolls) {
+    const Vec3 way =
+        of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
+    match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape), keys, contacts, part.points,
+                 part.matched);
+  } else {
+    if (part.points.size() != 1) return;
+    part.matched.assign(1, part.points[0]);
+  }
+  const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (!part.matched[k]) continue;
+    const Vec3& normal = contacts[keys[k].contact].normal;
+    Middle middle{keys[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
+    touch_at(*part.matched[k], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
+    // A normal that turns with neither body belongs to an edge that came near. The neighbours decide whether
+    // it is an internal edge.
+    const auto stays = [&](const Transform& before, const Transform& then) {
+      const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
+      return norm_squared(carried - middle.normal) < same_normal * same_normal;
+    };
+    if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
+        stays(frames_[geom_b], frame_b))
+      part.middles.push_back(middle);
+  }
+}
+
+// Parts begin and end with a pair, wherever the threads divide the sorted list (for_each_pair).
+const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
+                                                          const std::vector<Contact>& contacts) {
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
+  const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
+    part.middles.clear();
+    for_each_pair(by_pair_, first, last,
+                  [&](std::span<const PairKey> keys) { add_middles(reach, half, keys, contacts, part); });
+  });
+  middles_.swap(parts[0].middles);
+  for (const Part& part : parts.subspan(1))
+    middles_.insert(middles_.end(), part.middles.begin(), part.middles.end());
+  return middles_;
+}
+
+// Whether a pair has a point deeper than the allowance in the later poses; its points there.
+//
+// Each threshold of find_overlaps() is at most minus the allowance, because overlaps of rows are not
+// positive. So this test needs no row, and leaves few pairs to the careful one.
+bool ContactFinder::overlap(const Later& later, double allowance, std::span<const PairKey> keys,
+                            const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const {
+  const auto [geom_a, geom_b] = keys[0].pair;
+  const Geom &a = later.reach.model.geom(geom_a), &b = later.reach.model.geom(geom_b);
+  if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) return false;
+  const double offset = contacts[keys[0].contact].material.rest_offset;
+  points.clear();
+  collide(a.shape, later.frame(a), b.shape, later.frame(b), offset, points);
+  return std::any_of(points.begin(), points.end(),
+                     [&](const ContactPoint& p) { return p.gap - offset < -allowance; });
+}
+
+// Contacts use the velocity of a point along a constant normal. If a body turns by the angle a, the error is
+// of the order of a times the travel: a body that slides along a turning face ends inside it. So turning
+// pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
+// pair's rows are known: the rows remove an overlap as fast as they may.
+void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
+  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  const std::span<const PairKey> sorted(by_pair_);
+  const Later later(reach, reach.h, sorted.size(), later_);
+  const auto parts = in_parts(reach, sorted.size(), [&](Part& part, std::size_t first, std::size_t last) {
+    part.deep.clear();
+    for_each_pair(sorted, first, last, [&](std::span<const PairKey> keys) {
+      if (overlap(later, allowance, keys, contacts, part.points))
+        part.deep.push_back(static_cast<std::size_t>(keys.data() - sorted.data()));
+    });
+  });
+  // Few pairs are left. The first of the contacts of a pair has what all share.
+  for (const Part& part : parts)
+    for (const std::size_t first : part.deep)
+      for_each_pair(sorted, first, first + 1, [&](std::span<const PairKey> keys) {
+        overlap(later, allowance, keys, contacts, points_);
+        const double held = deepest(contacts, keys, reach);
+        const Geom &a = reach.model.geom(keys[0].pair.first), &b = reach.model.geom(keys[0].pair.second);
+        const SurfaceMotion surface = surface_motion(a, later.frame(a), b, later.frame(b), reach.bodies);
+        Contact c = contacts[keys[0].contact];
+        c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
+        found_.clear();
+        for (const ContactPoint& p : points_) {
+          if (p.gap - c.material.rest_offset >= held - allowance) continue;
+          move_to(p, later.centre(c.body_a), later.centre(c.body_b), surface, c);
+          // The gap as it would be at the start with this point as a row: gap + h u of the rows closes it.
+          c.gap -= reach.h * opening(c, reach.v);
+          found_.push_back(c);
+        }
+        redundant_.add(reach, found_, contacts);
+      });
+}
+
+}  // namespace amontons

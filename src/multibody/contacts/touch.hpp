@@ -1,0 +1,48 @@
+// From a point of two geoms to their contact.
+#pragma once
+#include "multibody/contacts/reach.hpp"
+
+namespace amontons {
+
+// Directions of a geom, given in the frame of its body.
+inline Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
+  if (v == Vec3{}) return {};
+  return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
+}
+
+// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin.
+struct SurfaceMotion {
+  Vec3 linear, spin;
+};
+
+inline SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b,
+                                    const Transform& frame_b, const BodyFrames& bodies) {
+  const auto of = [&](const Geom& geom, const Transform& frame) {
+    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
+    return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
+  };
+  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
+  return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
+}
+
+// Sets what the velocity at a contact needs to one of the points of its pair, for bodies with these centres
+// of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load.
+template <class Point>
+void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
+              Point& c) {
+  c.normal = p.normal;
+  c.r_a = p.point - centre_a;
+  if (c.body_b >= 0) c.r_b = p.point - centre_b;
+  const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
+  c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
+}
+
+// Sets the contact of a pair to one of its points.
+inline void move_to(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b,
+                    const SurfaceMotion& surface, Contact& c) {
+  c.point = p.point;
+  c.gap = p.gap - c.material.rest_offset;
+  touch_at(p, centre_a, centre_b, surface, c);
+}
+
+}  // namespace amontons

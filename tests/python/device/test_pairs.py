@@ -1,0 +1,174 @@
+"""The search for pairs on a device, against that of the host: the same pairs, and the same bits of a step."""
+
+import amontons
+import numpy as np
+import pytest
+from amontons import _core
+from amontons.device.pairs import PairFinder, level_sizes
+from amontons.simulation import options
+from device_problems import DEVICE, open_groups, pocl
+
+GROUPS = (1, 7, 64, 256)
+
+
+def cloud(count, decades=0.0, *, seed=1, same=0, far=0.0):
+    """Balls in their boxes, of radii over so many powers of ten, every seventh fixed; the first `same` in one
+    place, all of them that far away."""
+    rng = np.random.default_rng(seed)
+    centre = rng.random((count, 3)) * max(count, 1) ** (1 / 3)
+    centre[:same] = centre[:1]
+    radius = 0.5 * 10 ** -(decades * rng.random(count))
+    return boxed(centre + far, radius, np.arange(count) % 7 == 3)
+
+
+def boxed(centre, radius, fixed):
+    return centre - radius[:, None], centre + radius[:, None], fixed, radius
+
+
+def with_huge():
+    """Two balls that reach all of the others, the first and the last, and planes, which have no end."""
+    lower, upper, fixed, radius = cloud(700, 1)
+    for at in (0, 699):
+        lower[at], upper[at], radius[at] = -40, 50, 45
+    for at in (5, 6, 300):
+        lower[at], upper[at], radius[at] = -np.inf, np.inf, np.inf
+    return lower, upper, fixed, radius
+
+
+def mixed():
+    """Balls among boxes, which have no ball."""
+    lower, upper, fixed, radius = cloud(900, 1)
+    radius[::3] = np.inf
+    return lower, upper, fixed, radius
+
+
+CLOUDS = {
+    **{f"{n} equal balls": (lambda n=n: cloud(n)) for n in (0, 1, 2, 8, 9, 64, 65, 511, 513, 4097)},
+    "radii over four powers of ten": lambda: cloud(1500, 4),
+    "300 balls in one place": lambda: cloud(1000, same=300),
+    "a million radii away": lambda: cloud(600, 1, far=1e6),
+    "1e12 radii away": lambda: cloud(600, 1, far=1e12),
+    "at the end of floats": lambda: cloud(100, far=1e300),
+    "all fixed": lambda: (*cloud(200)[:2], np.ones(200, dtype=bool), cloud(200)[3]),
+    "few move": lambda: (*cloud(3000, 1)[:2], np.arange(3000) % 50 != 3, cloud(3000, 1)[3]),
+    "one huge ball and planes": with_huge,
+    "balls and boxes": mixed,
+}
+
+
+@pytest.fixture(scope="module")
+def finders():
+    """By work-group size."""
+    return {group: PairFinder(open_groups(group)) for group in GROUPS}
+
+
+def compare(finder, name):
+    given = CLOUDS[name]()
+    expected = _core.broad_phase(*given)
+    np.testing.assert_array_equal(_core.broad_phase(*given, _core.PairSearch(finder.find, 1)), expected)
+    return expected
+
+
+# Breaks when a pair is lost, is found twice or is none of the host's: by a level of the tree, by the end of a
+# level, by rounding to float, by a ball, by the place where it is written; when that depends on work groups.
+@pytest.mark.parametrize("name", CLOUDS)
+def test_pairs_are_those_of_the_host(finders, name):
+    for finder in finders.values():
+        compare(finder, name)
+
+
+# Breaks when the kernels are no CUDA C++, mean something else there, or read what nobody wrote.
+@pytest.mark.parametrize("name", CLOUDS)
+def test_cuda_dialect(host, name):
+    compare(PairFinder(host), name)
+
+
+# Breaks when buffers of a search are taken for those of one with more or fewer boxes.
+def test_buffers_stay(host):
+    finder = PairFinder(host)
+    for name in ("513 equal balls", "4097 equal balls", "8 equal balls", "balls and boxes"):
+        compare(finder, name)
+    assert len(finder._idle) == 1
+
+
+# Breaks when the clouds above reach no tree of several levels, or no pair that a ball rejects.
+def test_the_clouds_reach_everything():
+    assert len(level_sizes(4104)) == 5
+    lower, upper, fixed, radius = cloud(4097)
+    boxes = _core.broad_phase(lower, upper, fixed, np.full(4097, np.inf))
+    assert len(boxes) > 1.5 * len(_core.broad_phase(lower, upper, fixed, radius)) > 1000
+
+
+def dropped(count):
+    """Grains of different radii over a plane, between walls, under one large ball."""
+    rng = np.random.default_rng(5)
+    builder = amontons.ModelBuilder()
+    builder.add_geom(None, amontons.shapes.Plane())
+    builder.add_geom(None, amontons.shapes.Box((0.02, 1, 1)), position=(-0.3, 0, 0))
+    for k in range(count):
+        at = np.array([k % 5, k // 5 % 5, k // 25])
+        shape = (
+            amontons.shapes.Box((0.03,) * 3)
+            if k % 9 == 4
+            else amontons.shapes.Sphere(rng.uniform(0.02, 0.05))
+        )
+        position = 0.11 * at + 0.01 * rng.random(3) + (-0.2, -0.2, 0.06)
+        builder.add_body(position=tuple(position), shape=shape, density=1000)
+    builder.add_body(position=(0, 0, 1.2), shape=amontons.shapes.Sphere(0.3), density=500)
+    return builder.build()
+
+
+SCENES = {
+    "grains": (lambda: dropped(80), 100),
+    "pile": (lambda: amontons.scenes.make("spheres_in_box", count=150), 100),
+    "wall": (lambda: amontons.scenes.make("wall", columns=12, rows=10), 10),
+    "tracked vehicle": (lambda: amontons.scenes.make("tracked_vehicle"), 3),
+}
+
+
+@pytest.fixture
+def solves_on_the_host(monkeypatch):
+    """The device searches alone."""
+    monkeypatch.setattr(options, "source_of_device", lambda *_: None)
+
+
+# Breaks when a search on the device gives a step another contact, in another order, or is not asked.
+@pytest.mark.parametrize("name", SCENES)
+def test_steps_have_the_bits_of_the_host(monkeypatch, solves_on_the_host, name):
+    pocl()
+    make, steps = SCENES[name]
+    searches = []
+    find = PairFinder.find
+    monkeypatch.setattr(PairFinder, "find", lambda *given: searches.append(1) or find(*given))
+    given = dict(tolerance=1e-3, on_failure="ignore")
+    host = amontons.Simulation(make(), **given)
+    there = amontons.Simulation(make(), **given, device=DEVICE, device_contacts=2)
+    for _ in range(steps):
+        expected, report = host.step(), there.step()
+        assert report.contacts == expected.contacts
+        assert report.residual == expected.residual
+        for field in ("geom_a", "geom_b", "point", "normal", "gap"):
+            np.testing.assert_array_equal(there.contacts[field], host.contacts[field])
+        np.testing.assert_array_equal(there.state.positions, host.state.positions)
+    assert len(host.contacts) > 20
+    assert len(searches) >= steps
+
+
+# Breaks when a small model is searched on the device, where launches take longer than its search.
+def test_small_models_stay_on_the_host(monkeypatch):
+    pocl()
+    monkeypatch.setattr(PairFinder, "find", lambda *_: pytest.fail("searched"))
+    make = SCENES["grains"][0]
+    amontons.Simulation(make(), device=DEVICE, device_contacts=1000, on_failure="ignore").step()
+
+
+# Breaks when an order that is out of date, or made by the host, gives a device other pairs.
+def test_a_simulation_changes_its_device(solves_on_the_host):
+    pocl()
+    host = amontons.Simulation(dropped(80), tolerance=1e-3, on_failure="ignore")
+    other = host.copy()
+    for k in range(60):
+        other.change_options(device=DEVICE if k // 7 % 2 else "cpu", device_contacts=2)
+        host.step()
+        other.step()
+    np.testing.assert_array_equal(other.state.positions, host.state.positions)
