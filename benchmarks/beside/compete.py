@@ -191,4 +191,5 @@ def shown(r: Mapping[str, Any]) -> str:
     text = (
         f"{r['case']}, {r['engine']}, {1e3 * float(r['dt']):g} ms: {1e6 * float(r['step']):.3g} us a step, "
     )
-    return f"{text}off by {1e3 * float(r['off']):.2g} mm" + (f" ({r['ended']})" if r["ended"] else "")
+    off = "" if r["off"] == "" else f"off by {1e3 * float(r['off']):.2g} mm"
+    return text + off + (f" ({r['ended']})" if r["ended"] else "")
