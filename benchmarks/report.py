@@ -638,7 +638,7 @@ IMPACTS: dict[str, Spec] = {
 }  # fmt: skip
 DAMPER: dict[str, Spec] = {
     "test": "test", "model": "model", "friction (kN)": lambda r: f"{float(r['friction_N']) / 1e3:.1f}",
-    "play (mm)": "play_mm ~3", "error (%)": "rms_error_percent .0f",
+    "clearance (mm)": "clearance_mm ~3", "error (%)": "rms_error_percent .0f",
     "scatter of cycles (%)": "scatter_percent .0f",
 }  # fmt: skip
 ASSEMBLIES: dict[str, Spec] = {

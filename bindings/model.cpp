@@ -83,11 +83,11 @@ void bind_builder(nb::module_& m) {
       .def_rw("dofs", &NewJoint::dofs)
       .def_rw("compliance", &NewJoint::compliance)
       .def_rw("collide", &NewJoint::collide)
-      .def_rw("play", &NewJoint::play)
-      .def_rw("play_length", &NewJoint::play_length)
+      .def_rw("clearance", &NewJoint::clearance)
+      .def_rw("guide_length", &NewJoint::guide_length)
       .def_rw("journal_radius", &NewJoint::journal_radius)
-      .def_rw("play_friction", &NewJoint::play_friction)
-      .def_rw("play_normal", &NewJoint::play_normal);
+      .def_rw("clearance_friction", &NewJoint::clearance_friction)
+      .def_rw("guide_normal", &NewJoint::guide_normal);
   m.def("joint_between", &joint_between, nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("given"));
   m.def("dofs_of_kind", &dofs_of_kind, nb::arg("kind"));
   m.def(

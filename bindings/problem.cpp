@@ -124,13 +124,13 @@ void bind_parts(nb::class_<Problem>& cls) {
          },
          nb::arg("x"), "Pi_K(x), Euclidean.")
       .def(
-          "saxce",
+          "de_saxce",
           [](const Problem& p, Vector u, Law law) {
             require_rows(p, u, "u");
             std::vector<double> term(p.rows(), 0.0);
             for_each_block(p.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
               if constexpr (S::frictional)
-                if (law == Law::coulomb) term[row] = set.saxce(&view(u)[row]);
+                if (law == Law::coulomb) term[row] = set.de_saxce(&view(u)[row]);
             });
             return to_numpy(std::move(term));
           },

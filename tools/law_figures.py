@@ -1,4 +1,4 @@
-"""Draws the figures of docs/friction-play-ropes.md into docs/figures: python tools/law_figures.py [FOLDER].
+"""Draws the figures of docs/friction-clearance-ropes.md: python tools/law_figures.py [FOLDER].
 
 Every curve is a simulation that runs here, beside the closed form where there is one.
 """
@@ -100,7 +100,7 @@ def ropes() -> Figure:
     return figure
 
 
-def play() -> Figure:
+def clearance() -> Figure:
     """The centre of a shaft in its bearing: let go at rest, and turned by a motor, for two frictions."""
     figure, panels = plt.subplots(1, 2, figsize=(8, 2.9), layout="constrained")
     for axes, motor, title in (
@@ -112,8 +112,8 @@ def play() -> Figure:
             builder = ModelBuilder(gravity=(0, -10, 0))
             builder.add_body("shaft", mass=2, inertia=(0.01, 0.01, 0.01))
             builder.add_revolute_joint(
-                "shaft", point=(0, 0, 0), axis=(0, 0, 1), play=1e-3, journal_radius=0.1,
-                play_friction=friction, motor=motor,
+                "shaft", point=(0, 0, 0), axis=(0, 0, 1), clearance=1e-3, journal_radius=0.1,
+                clearance_friction=friction, motor=motor,
             )  # fmt: skip
             shaft = Simulation(builder.build(), dt=1e-4)
             shaft.q = [0.6e-3, 0.3e-3, 0]
@@ -127,7 +127,7 @@ def play() -> Figure:
     return figure
 
 
-FIGURES = {"friction": stick_slip, "ropes": ropes, "play": play}
+FIGURES = {"friction": stick_slip, "ropes": ropes, "clearance": clearance}
 
 
 if __name__ == "__main__":

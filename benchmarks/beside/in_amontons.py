@@ -76,7 +76,7 @@ def _model(scene: Scene) -> Any:
     for body in scene.bodies:
         b.add_body(
             position=body.frame.position, orientation=body.frame.rotation, mass=body.mass,
-            inertia=body.inertia, centre_of_mass=body.centre, motion="dynamic" if body.moves else "fixed",
+            inertia=body.inertia, centre_of_mass=body.centre, motion="dynamic" if body.moves else "static",
             linear_velocity=body.velocity, angular_velocity=body.spin,
         )  # fmt: skip
     for g in scene.geoms:

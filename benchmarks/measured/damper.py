@@ -1,4 +1,4 @@
-"""A friction damper that sines drive: its force beside dry friction of a slide, with and without play.
+"""A friction damper that sines drive: its force beside dry friction of a slide, with and without clearance.
 
 Data: ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash (CC BY-SA 4.0); rows of time (s), displacement
 (inch), force (kip) and velocity (inch/s).
@@ -19,7 +19,7 @@ import numpy as np
 Array = np.ndarray[Any, Any]
 INCH, KIP = 0.0254, 4448.2216  # m, N
 MASS = 1.0  # kg, of rod and band: their inertia is below a thousandth of the friction
-PLAYS = tuple(np.round(np.arange(0.0, 26e-3, 2e-3), 4).tolist())  # m
+CLEARANCES = tuple(np.round(np.arange(0.0, 26e-3, 2e-3), 4).tolist())  # m
 
 
 @dataclass(frozen=True)
@@ -57,26 +57,26 @@ def read_sines(path: Path) -> Sines:
     return Sines(path.stem, rows[:, 0], INCH * rows[:, 1], KIP * rows[:, 2], cycle)
 
 
-def damper(friction: float, play: float) -> amontons.Model:
+def damper(friction: float, clearance: float) -> amontons.Model:
     """A rod that a motor moves, and a band with dry friction to the ground that it takes along; between them
-    a slide with limits half the play to each side, or none."""
+    a slide with limits half the clearance to each side, or none."""
     builder = amontons.ModelBuilder(gravity=(0, 0, 0))
     x, motor = (1, 0, 0), amontons.Motor("position")
     rod = builder.add_body("rod", mass=MASS, inertia=(1, 1, 1))
-    if not play:
+    if not clearance:
         builder.add_prismatic_joint(rod, axis=x, name="rod", motor=motor, friction=friction)
         return builder.build()
     band = builder.add_body("band", mass=MASS, inertia=(1, 1, 1))
     builder.add_prismatic_joint(rod, axis=x, name="rod", motor=motor)
     builder.add_prismatic_joint(band, axis=x, name="band", friction=friction)
-    builder.add_prismatic_joint(band, rod, axis=x, name="play", limits=(-play / 2, play / 2))
+    builder.add_prismatic_joint(band, rod, axis=x, name="clearance", limits=(-clearance / 2, clearance / 2))
     return builder.build()
 
 
-def forces(sines: Sines, friction: float, play: float) -> Array:
+def forces(sines: Sines, friction: float, clearance: float) -> Array:
     """Force of the motor that moves the rod as measured (N), at each sample but the last."""
     dt = float(sines.time[1] - sines.time[0])
-    simulation = amontons.Simulation(damper(friction, play), dt=dt, on_failure="ignore")
+    simulation = amontons.Simulation(damper(friction, clearance), dt=dt, on_failure="ignore")
     found = []
     for target in sines.displacement[1:] - sines.displacement[0]:
         simulation.set_control("rod", float(target))
@@ -85,9 +85,9 @@ def forces(sines: Sines, friction: float, play: float) -> Array:
     return np.array(found)
 
 
-def error(sines: Sines, friction: float, play: float) -> float:
-    """Rms difference from the measured force after the first cycle, in which the play finds its side (N)."""
-    ours = forces(sines, friction, play)
+def error(sines: Sines, friction: float, clearance: float) -> float:
+    """Rms difference from the measured force after the first cycle, in which the band finds its side (N)."""
+    ours = forces(sines, friction, clearance)
     late = slice(sines.cycle, None)
     return float(np.sqrt(np.mean((ours[late] - sines.force[1:][late]) ** 2)))
 
@@ -99,18 +99,18 @@ def fast(sines: Sines) -> Array:
 
 
 def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
-    """Friction from the fast part of the first half of the cycles, play from their errors; the rest tests."""
+    """Friction from the fast part of the first half of the cycles, clearance from their errors."""
     for path in sorted(folder.glob("*.json")):
         sines = read_sines(path)
         half = sines.cycles // 2
         fitting, testing = sines.part(0, half), sines.part(half, sines.cycles)
         friction = float(np.median(np.abs(fitting.force[fast(fitting)])))
-        plays = PLAYS[:: 6 if quick else 1]
-        play = min(plays, key=lambda p: error(fitting, friction, p))
+        clearances = CLEARANCES[:: 6 if quick else 1]
+        clearance = min(clearances, key=lambda p: error(fitting, friction, p))
         size = float(np.sqrt(np.mean(testing.force**2)))
-        for model, gap in (("dry friction", 0.0), ("dry friction and play", play)):
+        for model, gap in (("dry friction", 0.0), ("dry friction and clearance", clearance)):
             yield {
-                "test": sines.name, "model": model, "friction_N": friction, "play_mm": 1e3 * gap,
+                "test": sines.name, "model": model, "friction_N": friction, "clearance_mm": 1e3 * gap,
                 "rms_error_percent": 100 * error(testing, friction, gap) / size,
                 "scatter_percent": 100 * testing.scatter() / size, "rms_force_N": size,
             }  # fmt: skip

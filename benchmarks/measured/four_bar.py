@@ -17,7 +17,7 @@ import numpy as np
 
 Array = np.ndarray[Any, Any]
 BASE, CRANK, COUPLER, ROCKER = 3.0, 1.0, 4.0, 2.5  # lengths (m); each bar has 1 kg
-JOURNAL, PLAY, FRICTION, G = 0.055, 0.005, 0.1, 9.81  # m, m, 1, m/s^2
+JOURNAL, CLEARANCE, FRICTION, G = 0.055, 0.005, 0.1, 9.81  # m, m, 1, m/s^2
 GAIN, RATE = 200.0, 10.0  # of the controller: N m s, 1/s
 SWING, TURN = 6.0, 0.75 * math.pi  # of the wanted angle: rad, rad/s
 STEPS = (1e-3, 1e-4, 1e-5)  # s
@@ -89,8 +89,8 @@ def linkage(poses: Array) -> amontons.Model:
     for a, journal, b, bearing in ends:
         builder.add_joint(amontons.Joint(
             f"{a} bearing", body_a=a, body_b=b, frame_a=amontons.Transform((journal, 0, 0)),
-            frame_b=amontons.Transform((bearing, 0, 0)), play=PLAY, journal_radius=JOURNAL,
-            play_friction=FRICTION,
+            frame_b=amontons.Transform((bearing, 0, 0)), clearance=CLEARANCE, journal_radius=JOURNAL,
+            clearance_friction=FRICTION,
             dofs=(amontons.Dof("slide", (1, 0, 0)), amontons.Dof("slide", (0, 1, 0)),
                   amontons.Dof("hinge", (0, 0, 1))),
         ))  # fmt: skip
@@ -132,5 +132,5 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
                 "mechanism": path.stem, "step_ms": 1e3 * dt, "seconds": float(theirs[-1, 0]),
                 **{f"rms_{name}_mrad": float(x) for name, x in zip(BARS, rms, strict=True)},
                 "largest_mrad": float(apart.max()),
-                "deepest_mm": 1e3 * float(found["places"].max() - PLAY),
+                "deepest_mm": 1e3 * float(found["places"].max() - CLEARANCE),
             }  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 from .checks import shown, suggestion
@@ -23,6 +24,10 @@ MEANT = {
     "length": "half_length",
     "mu": "friction",
     "parent": "b",
+    "play": "clearance",
+    "play_friction": "clearance_friction",
+    "play_length": "guide_length",
+    "play_normal": "guide_normal",
     "pos": "position",
     "quat": "orientation",
     "quaternion": "orientation",
@@ -55,6 +60,21 @@ def guided(thing: T) -> T:
         if public and inspect.isfunction(value):
             setattr(thing, name, _guided_function(value))
     return thing
+
+
+def former_names(**present: str) -> Callable[[type[T]], type[T]]:
+    """A decorator of classes: an attribute of a former name raises an error with the present one."""
+
+    def add(cls: type[T]) -> type[T]:
+        def missing(_: object, name: str) -> Any:
+            if name in present:
+                raise AttributeError(f"{cls.__name__}.{name} is now {cls.__name__}.{present[name]}")
+            raise AttributeError(f"{cls.__name__} has no attribute {name!r}{suggestion(name, dir(cls))}")
+
+        cls.__getattr__ = missing  # type: ignore[attr-defined]
+        return cls
+
+    return add
 
 
 def _guided_function(function: Any) -> Any:

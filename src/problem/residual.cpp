@@ -31,7 +31,7 @@ double natural_map(const Problem& problem, Law law, std::span<const double> x, s
   double sum = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law, &u[row], g);
+    add_de_saxce_term(set, law, &u[row], g);
     sum += natural_map_squared(set, problem.P[block], &x[row], g);
   });
   return std::sqrt(sum);
@@ -41,7 +41,7 @@ void natural_map_step(const Problem& problem, Law law, std::span<const double> x
   const std::vector<double> u = apply(problem, x);
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double step[S::dim];
-    add_saxce_term(set, law, &u[row], step);
+    add_de_saxce_term(set, law, &u[row], step);
     for (double& s : step) s /= problem.P[block];
     set.natural_map(&x[row], step, &r[row]);
   });
@@ -54,7 +54,7 @@ double natural_map_at_zero(const Problem& problem, Law law) {
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     const double zero[S::dim] = {};
     double g[S::dim];
-    add_saxce_term(set, law, &problem.b[row], g);
+    add_de_saxce_term(set, law, &problem.b[row], g);
     sum += natural_map_squared(set, problem.P[block], zero, g);
   });
   return std::max(std::sqrt(sum), 1e-300);
@@ -69,7 +69,7 @@ double residual(const Problem& problem, Law law, std::span<const double> x, std:
   double sum = 0, largest = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
     double g[S::dim], trial[S::dim], foot[S::dim];
-    add_saxce_term(set, law, &u[row], g);
+    add_de_saxce_term(set, law, &u[row], g);
     for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k];
     set.project(trial, foot);
     for (int k = 0; k < S::dim; ++k) {
@@ -96,7 +96,7 @@ Violations violations(const Problem& problem, Law law, std::span<const double> x
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     // work: <x, g> of the block, zero where the impulse and the gradient are complementary.
     double g[S::dim], trial[S::dim], foot[S::dim], work = 0, outside = 0;
-    add_saxce_term(set, law, &u[row], g);
+    add_de_saxce_term(set, law, &u[row], g);
     for (int k = 0; k < S::dim; ++k) trial[k] = x[row + k] - g[k] / problem.P[block];
     set.project(trial, foot);
     for (int k = 0; k < S::dim; ++k) {

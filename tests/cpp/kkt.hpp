@@ -26,7 +26,7 @@ inline double scale_bound(const Problem& p, Law law) {
     for (int k = 0; k < S::dim; ++k) g += p.b[row + k] * p.b[row + k];
     g = std::sqrt(g);
     if constexpr (S::frictional) {
-      if (law == Law::coulomb) g += set.saxce(&p.b[row]);
+      if (law == Law::coulomb) g += set.de_saxce(&p.b[row]);
     }
     if constexpr (requires { set.lo; }) away = std::max({0.0, set.lo, -set.hi});
     const double e = g / p.P[block] + away;

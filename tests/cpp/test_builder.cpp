@@ -281,21 +281,21 @@ TEST(controls_and_instant) {
   CHECK_THROWS(builder.build(), "a velocity motor takes kd");
 }
 
-// Fails if the freedoms of a joint with play are in another order, another one takes the motor, or the frame
-// of a slider is not along its axis: a journal about z, and a slider along x that tilts about y.
-TEST(joints_with_play) {
+// Fails if the freedoms of a joint with clearance are in another order, another one takes the motor, or the
+// frame of a slider is not along its axis: a journal about z, and a slider along x that tilts about y.
+TEST(joints_with_clearance) {
   ModelBuilder builder;
   for (const char* name : {"a", "b"}) builder.add_body(name, {.mass = 1, .inertia = Mat3::identity()});
   const Dof motor{.motor = {.kind = MotorKind::velocity}};
-  builder.add_revolute_joint("a", "world",
-                             {.name = "pin", .point = Vec3{}, .axis = {0, 0, 2}, .dof = motor, .play = 1e-3});
+  builder.add_revolute_joint(
+      "a", "world", {.name = "pin", .point = Vec3{}, .axis = {0, 0, 2}, .dof = motor, .clearance = 1e-3});
   builder.add_prismatic_joint("b", "world",
                               {.name = "rail",
                                .axis = {3, 0, 0},
                                .dof = motor,
-                               .play = 1e-3,
-                               .play_length = 0.1,
-                               .play_normal = {0, 1, 0}});
+                               .clearance = 1e-3,
+                               .guide_length = 0.1,
+                               .guide_normal = {0, 1, 0}});
   const auto kind = [&](const char* joint, int k) { return builder.joint(joint).dofs[k].motor.kind; };
   for (const char* joint : {"pin", "rail"}) {
     const std::vector<Dof>& dofs = builder.joint(joint).dofs;
@@ -306,9 +306,10 @@ TEST(joints_with_play) {
   const Quat rail = builder.joint("rail").frame_b.rotation;
   CHECK_NEAR(norm(rotate(rail, {1, 0, 0}) - Vec3{1, 0, 0}), 0, 1e-15);
   CHECK_NEAR(norm(rotate(rail, {0, 0, 1}) - Vec3{0, 1, 0}), 0, 1e-15);
-  CHECK(builder.build().joint(1).play_length == 0.1);
+  CHECK(builder.build().joint(1).guide_length == 0.1);
   CHECK_THROWS(
-      builder.add_revolute_joint("a", "b", {.point = Vec3{}, .axis = {0, 0, 1}, .play_friction = 0.1}),
-      "play_friction without play");
-  CHECK_THROWS(builder.add_planar_joint("a", "b", {.axis = {0, 0, 1}, .play = 0.1}), "play is for revolute");
+      builder.add_revolute_joint("a", "b", {.point = Vec3{}, .axis = {0, 0, 1}, .clearance_friction = 0.1}),
+      "clearance_friction without clearance");
+  CHECK_THROWS(builder.add_planar_joint("a", "b", {.axis = {0, 0, 1}, .clearance = 0.1}),
+               "clearance is for revolute");
 }

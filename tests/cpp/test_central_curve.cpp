@@ -52,7 +52,7 @@ double natural_map(const Reduction::Island& island, Law law, const std::vector<d
   double sum = 0;
   for_each_block(island.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law, &u[row], g);
+    add_de_saxce_term(set, law, &u[row], g);
     sum += natural_map_squared(set, island.P[block], &x[row], g);
   });
   return std::sqrt(sum);

@@ -84,9 +84,9 @@ double outside(const RollingFriction& set, const double* x) {
 template <class S>
 double outside_polar(const S& set, const double* x) {
   double gradient[S::dim];
-  set.saxce_gradient(x, gradient);
+  set.de_saxce_gradient(x, gradient);
   gradient[0] = 1;
-  return std::max(0.0, x[0] + set.saxce(x)) / norm(gradient, S::dim);
+  return std::max(0.0, x[0] + set.de_saxce(x)) / norm(gradient, S::dim);
 }
 
 template <class S>
@@ -170,13 +170,13 @@ TEST(friction_sets_derivatives) {
       double y[S::dim], gradient[S::dim];
       for (double& v : y) v = random.normal();
       const Face<S::dim> face = set.face(y);
-      set.saxce_gradient(y, gradient);
+      set.de_saxce_gradient(y, gradient);
       for (int j = 0; j < S::dim; ++j) {
         double more[S::dim], less[S::dim], p[S::dim], q[S::dim];
         std::copy(y, y + S::dim, more), std::copy(y, y + S::dim, less);
         more[j] += h, less[j] -= h;
         set.project(more, p), set.project(less, q);
-        CHECK_NEAR(gradient[j], (set.saxce(more) - set.saxce(less)) / (2 * h), 1e-6);
+        CHECK_NEAR(gradient[j], (set.de_saxce(more) - set.de_saxce(less)) / (2 * h), 1e-6);
         for (int i = 0; i < S::dim; ++i) {
           double entry = 0;
           for (int k = 0; k < S::dim; ++k) entry += face.value[k] * face.vector[k][i] * face.vector[k][j];
@@ -253,7 +253,7 @@ TEST(friction_sets_longest_step) {
       barrier.primal(x), barrier.dual(u);
       const double size = norm(x, n) + norm(u, n);
       CHECK_NEAR(outside(set, x), 0, 1e-12 * size);
-      CHECK(u[0] - set.saxce(u) > -1e-12 * size);  // the dual cone
+      CHECK(u[0] - set.de_saxce(u) > -1e-12 * size);  // the dual cone
     });
   });
 }

@@ -404,7 +404,7 @@ TEST(gears_on_floating_carriers) {
 // rows, one to a turning table carries its velocity.
 TEST(held_bodies) {
   Scene scene;
-  Body table = unit_body({}, Motion::kinematic), frame = unit_body({}, Motion::fixed), box = unit_body();
+  Body table = unit_body({}, Motion::kinematic), frame = unit_body({}, Motion::still), box = unit_body();
   table.angular_velocity = {0, 0, 2};
   scene.description.bodies = {box, table, frame};
   scene.description.joints = {joint_of(1, 2, {hinge({0, 0, 1})}), joint_of(0, 1, {}),

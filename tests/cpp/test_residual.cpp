@@ -29,7 +29,7 @@ Problem with_known_solution(const Problem& given, Law law, unsigned seed, Vector
     double u[S::dim];
     for (int k = 0; k < S::dim; ++k) u[k] = p.P[block] * (x[row + k] - y[row + k]);
     if constexpr (S::frictional) {
-      if (law == Law::coulomb) u[0] -= set.saxce(u);
+      if (law == Law::coulomb) u[0] -= set.de_saxce(u);
     }
     for (int k = 0; k < S::dim; ++k) p.b[row + k] = u[k] - Ax[row + k];
   });

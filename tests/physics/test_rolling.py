@@ -223,7 +223,7 @@ def test_direction_is_that_of_the_second_coefficient(block_first):
     }
     if block_first:
         b.add_body("block", **block)
-    b.add_body("table", motion="fixed")
+    b.add_body("table", motion="static")
     b.add_geom(
         "table",
         shapes.Box((5, 5, 0.5)),

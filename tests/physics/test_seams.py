@@ -35,7 +35,7 @@ def floor(b, kind, count=10, half=0.25, gap=0.0, step=0.0, material=GRIP):
         elif kind == "hulls":
             b.add_geom(None, shapes.Hull(cuboid(half, 1, 0.1)), position=position, material=material)
         elif kind == "fixed bodies":
-            b.add_body(f"slab {i}", motion="fixed", position=position)
+            b.add_body(f"slab {i}", motion="static", position=position)
             b.add_geom(f"slab {i}", slab, material=material)
         elif kind == "loose bodies":
             if i == 0:

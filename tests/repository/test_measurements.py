@@ -248,15 +248,15 @@ def test_impacts_are_read(measured, tmp_path):
 # ---- friction damper -----------------------------------------------------------------------------------
 
 
-# Breaks when units, cycles or the sign of the force are mistaken, or play does nothing: the model with play
-# is right but for a few samples a cycle.
+# Breaks when units, cycles or the sign of the force are mistaken, or clearance does nothing: the model with
+# clearance is right but for a few samples a cycle.
 def test_damper(measured, tmp_path):
-    rate, play, friction = 200, 0.2, 1.0  # Hz, inch, kip
+    rate, clearance, friction = 200, 0.2, 1.0  # Hz, inch, kip
     t = np.arange(0, 4, 1 / rate)
     x = np.sin(2 * np.pi * t)
     band, force = np.zeros_like(x), np.zeros_like(x)
     for k in range(1, len(t)):
-        band[k] = np.clip(band[k - 1], x[k] - play / 2, x[k] + play / 2)
+        band[k] = np.clip(band[k - 1], x[k] - clearance / 2, x[k] + clearance / 2)
         force[k] = friction * np.sign(band[k] - band[k - 1])
     rows = np.column_stack([t, x, force, np.gradient(x, t)])
     path = tmp_path / "1Hz of ours.json"
@@ -265,10 +265,10 @@ def test_damper(measured, tmp_path):
     assert sines.cycles == 4
     assert sines.scatter() < 0.15 * friction * measured.damper.KIP
     size = friction * measured.damper.KIP
-    near = measured.damper.error(sines, size, play * measured.damper.INCH)
+    near = measured.damper.error(sines, size, clearance * measured.damper.INCH)
     far = measured.damper.error(sines, size, 0.0)
-    # Without play the force is wrong while the rod crosses it: arccos(1 - play) / pi of the time.
-    assert far == pytest.approx(size * math.sqrt(math.acos(1 - play) / math.pi), rel=0.05)
+    # Without clearance the force is wrong while the rod crosses it: arccos(1 - clearance) / pi of the time.
+    assert far == pytest.approx(size * math.sqrt(math.acos(1 - clearance) / math.pi), rel=0.05)
     assert near < 0.3 * size
 
 
@@ -343,9 +343,9 @@ def test_four_bar_with_clearances_follows_its_controller(measured):
     found = bars.run(poses, 1e-3, 1.0, 0.05)
     wanted = [bars.wanted(0.05 * k)[0] for k in range(1, 21)]
     assert np.abs(found["angles"][4:, 0] - wanted[4:]).max() < 0.2  # from 1.6 rad at the start
-    assert found["places"].max() < 1.05 * bars.PLAY
+    assert found["places"].max() < 1.05 * bars.CLEARANCE
     # Three clearances shift coupler and rocker by more, the more parallel both are.
     for angle, *others in found["angles"]:
         coupler, rocker = bars.closed(angle)
-        least = 3 * bars.PLAY / (2.5 * abs(math.sin(coupler - rocker)))
+        least = 3 * bars.CLEARANCE / (2.5 * abs(math.sin(coupler - rocker)))
         assert np.abs(np.array(others) - (coupler, rocker)).max() < 1.1 * least

@@ -60,18 +60,18 @@ def every_part() -> amontons.Model:
         "b4",
         point=(8, 0.5, 3),
         axis=(0, 0, 1),
-        play=0.01,
+        clearance=0.01,
         journal_radius=0.1,
-        play_friction=0.2,
+        clearance_friction=0.2,
         name="shaft",
     )
     builder.add_prismatic_joint(
         "b5",
         axis=(0, 0, 1),
-        play=0.01,
-        play_length=0.3,
-        play_normal=(1, 0, 0),
-        play_friction=0.2,
+        clearance=0.01,
+        guide_length=0.3,
+        guide_normal=(1, 0, 0),
+        clearance_friction=0.2,
         name="guide",
     )
     builder.add_coupling("shaft", "slide", dof_a=2, backlash=0.02)

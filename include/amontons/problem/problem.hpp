@@ -48,10 +48,10 @@ Problem as_matrix(const Problem& problem);
 
 // u plus the De Saxce term: the vector that the VI requires to be in the normal cone. g may be u.
 template <class S>
-inline void add_saxce_term(const S& set, Law law, const double* u, double* g) {
+inline void add_de_saxce_term(const S& set, Law law, const double* u, double* g) {
   double term = 0;
   if constexpr (S::frictional)
-    if (law == Law::coulomb) term = set.saxce(u);
+    if (law == Law::coulomb) term = set.de_saxce(u);
   for (int k = 0; k < S::dim; ++k) g[k] = u[k];
   g[0] += term;
 }

@@ -96,13 +96,13 @@ struct EllipticFriction {
   }
 
   // |D u_t|, the support function of the cross-section n = 1
-  double saxce(const double* u) const {
+  double de_saxce(const double* u) const {
     double sum = 0;
     for (int k = 1; k < n; ++k) sum += mu2(k) * u[k] * u[k];
     return std::sqrt(sum);
   }
-  void saxce_gradient(const double* u, double* out) const {
-    const double size = saxce(u);
+  void de_saxce_gradient(const double* u, double* out) const {
+    const double size = de_saxce(u);
     out[0] = 0;
     for (int k = 1; k < n; ++k) out[k] = size > 0 ? mu2(k) * u[k] / size : 0;
   }

@@ -80,8 +80,8 @@ struct Friction {
   }
 
   // mu |u_t|
-  double saxce(const double* u) const { return mu * std::sqrt(u[1] * u[1] + u[2] * u[2]); }
-  void saxce_gradient(const double* u, double* out) const {
+  double de_saxce(const double* u) const { return mu * std::sqrt(u[1] * u[1] + u[2] * u[2]); }
+  void de_saxce_gradient(const double* u, double* out) const {
     const double t = std::sqrt(u[1] * u[1] + u[2] * u[2]);
     out[0] = 0;
     for (int k = 1; k < 3; ++k) out[k] = t > 0 ? mu * u[k] / t : 0;

@@ -74,8 +74,8 @@ struct PlanarFriction {
   }
 
   // mu |u_t|
-  double saxce(const double* u) const { return mu * std::abs(u[1]); }
-  void saxce_gradient(const double* u, double* out) const {
+  double de_saxce(const double* u) const { return mu * std::abs(u[1]); }
+  void de_saxce_gradient(const double* u, double* out) const {
     out[0] = 0;
     out[1] = u[1] == 0 ? 0 : std::copysign(mu, u[1]);
   }

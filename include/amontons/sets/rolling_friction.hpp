@@ -76,10 +76,10 @@ struct RollingFriction {
   }
 
   // mu |u_t| + mu_r |u_m|, the support function of the two discs
-  double saxce(const double* u) const {
+  double de_saxce(const double* u) const {
     return mu * std::sqrt(u[1] * u[1] + u[2] * u[2]) + mu_r * std::sqrt(u[3] * u[3] + u[4] * u[4]);
   }
-  void saxce_gradient(const double* u, double* out) const {
+  void de_saxce_gradient(const double* u, double* out) const {
     out[0] = 0;
     for (int part = 0; part < 2; ++part) {
       const double* v = u + 1 + 2 * part;

@@ -34,9 +34,10 @@ struct Face {
 //   face(y)          Pi'(y), an element of the generalised Jacobian, for the semismooth Newton method
 //   violation(u)     the speed (m/s) at which u violates the constraint, negative if it separates
 //   complaint(i)     the error in the user's parameters of block i; empty if they are valid
-//   saxce(u)         for frictional sets: the term that turns the VI into Coulomb's law, g = u + saxce(u) e_n
-//                    (De Saxce 1992). The dual cone is { u_n >= saxce(u) }: it contains g if u_n >= 0.
-//   saxce_gradient(u, out)  its derivative with respect to u, dim entries
+//   de_saxce(u)         for frictional sets: the term that turns the VI into Coulomb's law, g = u +
+//   de_saxce(u) e_n
+//                    (De Saxce 1992). The dual cone is { u_n >= de_saxce(u) }: it contains g if u_n >= 0.
+//   de_saxce_gradient(u, out)  its derivative with respect to u, dim entries
 //   has_friction()   for frictional sets: whether the term can be nonzero
 //   Barrier          the block in an interior-point method: see barrier.hpp
 //

@@ -172,7 +172,7 @@ DEVICE double natural_map(V3 x, V3 g, V3 n, double mu, double p) {
 }
 
 // The De Saxce term mu |u_t|, and u with it along n.
-DEVICE double saxce(V3 u, V3 n, double mu, uint flags) {
+DEVICE double de_saxce(V3 u, V3 n, double mu, uint flags) {
   const V3 ut = cross3(n, u);
   return flags & COULOMB ? mu * sqrt(dot3(ut, ut)) : 0.0;
 }
@@ -402,7 +402,7 @@ KERNEL direction(VECTORS, GLOBAL const double* contact, GLOBAL const double* row
       if (running && c < contacts) {
         const V3 n = load3(contact, stride, c), xc = load3(x, stride, c), uc = load3(u, stride, c);
         const double mu = contact[3u * stride + c], p = contact[4u * stride + c];
-        const V3 g = add(uc, times(saxce(uc, n, mu, flags), n));
+        const V3 g = add(uc, times(de_saxce(uc, n, mu, flags), n));
         const V3 dc = minus(project(minus(xc, times(alpha / p, g)), n, mu, 1.0), xc);
         store3(d, stride, c, dc);
         const double dd = dot3(dc, dc);
@@ -448,8 +448,8 @@ KERNEL update(VECTORS, GLOBAL const double* contact, GLOBAL const double* row, G
         const V3 uc = add(old, y);
         store3(x_next, stride, c, xc);
         store3(u, stride, c, uc);
-        const double term = saxce(uc, n, mu, flags);
-        y = add(y, times(term - saxce(old, n, mu, flags), n));
+        const double term = de_saxce(uc, n, mu, flags);
+        y = add(y, times(term - de_saxce(old, n, mu, flags), n));
         sy = dot3(s, y);
         yPy = dot3(y, y) / p;
         map = natural_map(xc, add(uc, times(term, n)), n, mu, p);
@@ -542,7 +542,7 @@ KERNEL momentum_direction(VECTORS, GLOBAL const double* contact, GLOBAL const do
         const V3 y = extrapolated(xc, load3(x_before, stride, c), beta);
         const V3 uy = extrapolated(uc, load3(u_before, stride, c), beta);
         const double mu = contact[3u * stride + c], aspect = contact[5u * stride + c], p = contact[6u * stride + c];
-        const V3 g = add(uy, times(saxce(uc, n, mu, flags), n));
+        const V3 g = add(uy, times(de_saxce(uc, n, mu, flags), n));
         // Along the normal p / aspect^2 stands for p.
         const double squared = aspect * aspect, more = 1.0 / squared - 1.0;
         const V3 scaled = add(g, times((squared - 1.0) * dot3(g, n), n));
@@ -590,7 +590,7 @@ KERNEL accelerate(VECTORS, GLOBAL const double* contact, GLOBAL const double* ro
         const V3 uc = add(extrapolated(load3(u, stride, c), load3(u_before, stride, c), beta), Ad);
         store3(x_next, stride, c, xc);
         store3(u_before, stride, c, uc);
-        map = natural_map(xc, add(uc, times(saxce(uc, n, mu, flags), n)), n, mu, p);
+        map = natural_map(xc, add(uc, times(de_saxce(uc, n, mu, flags), n)), n, mu, p);
       }
     } else if (running && r < rows) {
       const uint at = 3u * stride + r;
@@ -690,7 +690,7 @@ KERNEL refresh(VECTORS, uint which_x, uint which_u, GLOBAL const double* contact
         const V3 q = contact_product(contact, line, jacobian, lines, xc, c, stride, row_stride, flags);
         const V3 uc = add(q, load3(b, stride, c));
         store3(u, stride, c, uc);
-        map = natural_map(xc, add(uc, times(saxce(uc, n, mu, flags), n)), n, mu, p);
+        map = natural_map(xc, add(uc, times(de_saxce(uc, n, mu, flags), n)), n, mu, p);
       }
     } else if (r < rows) {
       const uint at = 3u * stride + r;

@@ -124,7 +124,7 @@ class ModelBuilder(PartBuilder):
         density (kg/m^3) or mass (kg): the other mass properties follow from the shape, unless
         inertia, (3,) or (3, 3) about the centre of mass in body axes (kg m^2), and centre_of_mass (m, body
         frame) are given. A dynamic body without any gets its mass from geoms with a density.
-        motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "fixed".
+        motion: "dynamic"; "kinematic", which keeps the velocity that the state holds; or "static".
         linear_velocity (of the frame's origin), angular_velocity: initial, world axes (m/s, rad/s).
         gravity_scale: its weight over mass times gravity: 0 floats.
 
@@ -162,7 +162,7 @@ class ModelBuilder(PartBuilder):
             linear_velocity=linear_velocity,  # type: ignore[arg-type]
             angular_velocity=angular_velocity,  # type: ignore[arg-type]
         )
-        if motion == "fixed" and (any(body.linear_velocity) or any(body.angular_velocity)):
+        if motion == "static" and (any(body.linear_velocity) or any(body.angular_velocity)):
             raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
         if geom is not None:
             self._append("geom", self._geoms, geom)
@@ -412,7 +412,7 @@ class ModelBuilder(PartBuilder):
             if body.motion == "dynamic" and body.mass == 0:
                 raise InputError(
                     f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
-                    'density= or mass=, or motion="fixed"'
+                    'density= or mass=, or motion="static"'
                 )
         lists = {name: tuple(getattr(self, f"_{name}")) for name in (*NAMED.values(), *NAMELESS, "unread")}
         model = Model(

@@ -316,14 +316,14 @@ def merged_bodies(model: Model, seat: Seat) -> set[int]:
     """Fixed bodies without mass on a parent that may move: they cannot be bodies of their own there."""
     if not seat.carries:
         return set()
-    return {b for b, body in enumerate(model.bodies) if body.motion == "fixed" and body.mass == 0}
+    return {b for b, body in enumerate(model.bodies) if body.motion == "static" and body.mass == 0}
 
 
 def moved_body(body: Body, seat: Seat) -> Body:
     turn = seat.in_world.rotation
     return changed(
         body,
-        motion="dynamic" if seat.carries and body.motion == "fixed" else body.motion,
+        motion="dynamic" if seat.carries and body.motion == "static" else body.motion,
         pose=seat.in_world @ body.pose,
         linear_velocity=rotate(turn, body.linear_velocity),
         angular_velocity=rotate(turn, body.angular_velocity),
@@ -356,7 +356,7 @@ def held(model: Model, seat: Seat) -> list[int]:
     still = {b for b, body in enumerate(model.bodies) if body.motion != "dynamic"}
     held_by_others = {find(b) for b in bound | still}
     free = [b for b in range(len(model.bodies)) if leader[b] == b and b not in held_by_others]
-    fixed = [b for b in still if model.bodies[b].motion == "fixed" and seat.carries]
+    fixed = [b for b in still if model.bodies[b].motion == "static" and seat.carries]
     return sorted({*free, *fixed})
 
 

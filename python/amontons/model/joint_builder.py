@@ -29,7 +29,7 @@ from .transforms import ORIGIN, Transform
 
 Place = tuple[int, Transform, int]
 """A body, and the frame and index of one of its links; ORIGIN and OWN of the body itself."""
-PLAY = ("play", "play_length", "journal_radius", "play_friction")
+CLEARANCE = ("clearance", "guide_length", "journal_radius", "clearance_friction")
 AXES = {"normal": "axis", "axis_1": "axis"}
 """Other names of what is the axis of the compiled builder."""
 
@@ -78,16 +78,16 @@ class JointBuilder(ABC):
         *,
         point: Numbers,
         axis: Numbers,
-        play: float = 0.0,
+        clearance: float = 0.0,
         journal_radius: float = 0.0,
-        play_friction: float = 0.0,
+        clearance_friction: float = 0.0,
         **options: Unpack[DofOptions],
     ) -> int:
         """A hinge: A turns about the axis through `point`; the coordinate is the angle (rad).
 
-        play: radial clearance (m) of a journal on A in a bearing on B, both about the axis. Coordinates 0 and
+        clearance: of a journal on A in a bearing on B (m, radial), both about the axis. Coordinates 0 and
         1 are then the place of the journal in its bearing (m), 2 is the angle, which has the options.
-        journal_radius: m. play_friction: mu between both.
+        journal_radius: m. clearance_friction: mu between both.
 
         >>> builder = ModelBuilder()
         >>> bar = builder.add_body("bar", shape=shapes.Capsule(0.02, 0.5), mass=1, position=(0, 0, -0.5))
@@ -96,8 +96,12 @@ class JointBuilder(ABC):
         >>> Simulation(builder.build(), dt=5e-3).kinematics.coordinate("hinge")
         0.0
         """
-        play_fields = {"play": play, "journal_radius": journal_radius, "play_friction": play_friction}
-        return self._add("revolute", a, b, options, DofOptions, point=point, axis=axis, **play_fields)
+        clearance_fields = {
+            "clearance": clearance,
+            "journal_radius": journal_radius,
+            "clearance_friction": clearance_friction,
+        }
+        return self._add("revolute", a, b, options, DofOptions, point=point, axis=axis, **clearance_fields)
 
     def add_prismatic_joint(
         self,
@@ -106,21 +110,25 @@ class JointBuilder(ABC):
         *,
         axis: Numbers,
         point: Numbers | None = None,
-        play: float = 0.0,
-        play_length: float = 0.0,
-        play_friction: float = 0.0,
-        play_normal: Numbers | None = None,
+        clearance: float = 0.0,
+        guide_length: float = 0.0,
+        clearance_friction: float = 0.0,
+        guide_normal: Numbers | None = None,
         **options: Unpack[DofOptions],
     ) -> int:
         """A slide: A moves along the axis without turning; the coordinate is the displacement (m).
 
-        point: where reactions are reported, by default the origin of A. play: clearance (m) on either side of
-        a slider of the length play_length (m) about `point`, in the plane with the normal play_normal.
+        point: where reactions are reported, by default the origin of A. clearance: on either side (m) of
+        a slider of the length guide_length (m) about `point`, in the plane with the normal guide_normal.
         Coordinate 0 is then the displacement, with the options, 1 that across (m), 2 the tilt (rad).
-        play_friction: mu between slider and guide.
+        clearance_friction: mu between slider and guide.
         """
-        play_fields = {"play": play, "play_length": play_length, "play_friction": play_friction}
-        given = {"point": point, "axis": axis, "play_normal": play_normal, **play_fields}
+        clearance_fields = {
+            "clearance": clearance,
+            "guide_length": guide_length,
+            "clearance_friction": clearance_friction,
+        }
+        given = {"point": point, "axis": axis, "guide_normal": guide_normal, **clearance_fields}
         return self._add("prismatic", a, b, options, DofOptions, **given)
 
     def add_cylindrical_joint(
@@ -250,7 +258,7 @@ class JointBuilder(ABC):
         known: Any,
         **given: Any,
     ) -> int:
-        """Adds a joint of a kind of the compiled builder, with points, axes and play in `given`."""
+        """Adds a joint of a kind of the compiled builder, with points, axes and clearance in `given`."""
         name = self._checked(f"add_{kind}_joint", options, known)
         who = f'joint "{name}"'
         new = _core.NewJoint()
@@ -258,7 +266,7 @@ class JointBuilder(ABC):
         for key, value in given.items():
             if value is None:
                 continue
-            check = checks.point if key == "point" else number if key in PLAY else unit_vector
+            check = checks.point if key == "point" else number if key in CLEARANCE else unit_vector
             setattr(new, AXES.get(key, key), check(f"{who}: {key}", value))
         with about(who):
             fields = joint_fields(options)

@@ -68,7 +68,7 @@ class PartBuilder(DriveBuilder):
         carrier, inner, link = self._place(parent)
         place = inner @ place
         pose = ORIGIN if carrier == WORLD else self._bodies[carrier].pose
-        carries = carrier != WORLD and self._bodies[carrier].motion != "fixed"
+        carries = carrier != WORLD and self._bodies[carrier].motion != "static"
         seat = Seat(carrier, place, pose @ place, carries, link)
         before = Counts(
             len(self._bodies),
@@ -159,5 +159,5 @@ def require_movable(who: str, shape: Shape, motion: str) -> None:
         if hasattr(shape, "vertices"):
             remedy = "use shapes.Hull(vertices), or several hulls of its convex parts"
         else:
-            remedy = 'put it on the world by add_geom(None, shape), or use another shape, or motion="fixed"'
+            remedy = 'put it on the world by add_geom(None, shape), or use another shape, or motion="static"'
         raise InputError(f"{who}: a {type(shape).__name__} does not move by forces; {remedy}")

@@ -24,7 +24,7 @@ from ..checks import (
     vector3,
 )
 from ..errors import InputError
-from ..guidance import guided
+from ..guidance import former_names, guided
 from .mass import NOTHING, as_matrix
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
@@ -243,7 +243,7 @@ class Body:
 
     name: str = ""
     motion: str = "dynamic"
-    """dynamic | kinematic (keeps the velocity that the state holds) | fixed"""
+    """dynamic | kinematic (keeps the velocity that the state holds) | static"""
     mass: float = 0.0
     """kg"""
     centre_of_mass: Vector3 = (0.0, 0.0, 0.0)
@@ -261,7 +261,7 @@ class Body:
 
     def __post_init__(self) -> None:
         who = named("body", self.name)
-        chosen("motion", self.motion, MOTIONS, {"static": "fixed"})
+        chosen("motion", self.motion, MOTIONS, {"fixed": "static"})
         numbers(self, who, "mass", "gravity_scale")
         for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
             fill(self, **{name: vector3(who + name, getattr(self, name))})
@@ -338,6 +338,7 @@ class Geom:
                 )
 
 
+@former_names(play="clearance", play_length="guide_length", play_friction="clearance_friction")
 @dataclass(frozen=True)
 class Joint:
     """Frame A in body A follows frame B in body B through the degrees of freedom, one after the other.
@@ -382,14 +383,14 @@ class Joint:
     """whether the two bodies may touch each other"""
     closes_loop: bool = False
     """a condition between bodies that other joints place: never among `Simulation.q`"""
-    play: float = 0.0
+    clearance: float = 0.0
     """radial clearance of a journal in its bearing (m), 0: none. Its dofs are two slides and a hinge about
     their normal"""
-    play_length: float = 0.0
-    """of a slider along its first slide (m): then `play` is its clearance on either side"""
+    guide_length: float = 0.0
+    """of a slider along its first slide (m): then `clearance` is its clearance on either side"""
     journal_radius: float = 0.0
     """lever of the friction of a journal (m)"""
-    play_friction: float = 0.0
+    clearance_friction: float = 0.0
     """mu of the journal in its bearing, or of the slider in its guide"""
     link_a: int = OWN
     """the link of body A that it holds, an index of `Model.links`; OWN: none"""
@@ -407,7 +408,7 @@ class Joint:
         )
         numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
         numbers(self, who, "lower_distance", "compliance")
-        numbers(self, who, "play", "play_length", "journal_radius", "play_friction")
+        numbers(self, who, "clearance", "guide_length", "journal_radius", "clearance_friction")
         numbers(self, who, "ball_limit", "upper_distance", infinite=True)
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:

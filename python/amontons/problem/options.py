@@ -8,7 +8,10 @@ from .. import _core
 from ..checks import chosen, flag, nonnegative_number, option, shown, suggestion
 from ..errors import InputError
 
-LAWS = {"associated": _core.Law.associated, "coulomb": _core.Law.coulomb}
+LAWS = {
+    "associated": _core.Law.associated, "coulomb": _core.Law.coulomb, "convex": _core.Law.associated
+}  # fmt: skip
+"""The field calls the associated law the convex relaxation of friction, too."""
 NORMS = {
     "natural": _core.Norm.natural,
     "plain": _core.Norm.plain,
@@ -28,7 +31,6 @@ METHOD_OPTIONS: dict[str, dict[str, str]] = {
 LAW_TERMS = {
     "ccp": "associated",
     "cone-complementarity": "associated",
-    "convex": "associated",
     "convex-relaxation": "associated",
     "de-saxce": "coulomb",
     "relaxed": "associated",

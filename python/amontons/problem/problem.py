@@ -5,14 +5,15 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, step_counts
-from ..checks import Array, chosen, frozen, sequence, suggestion, text, vector
+from ..checks import Array, chosen, frozen, sequence, text, vector
 from ..errors import InputError
+from ..guidance import former_names
 from ..hooks import supplied_by
 from . import cones as cones_
 from . import iterate as iterate_
@@ -39,6 +40,7 @@ def write_file(
     raise NotImplementedError
 
 
+@former_names(saxce="de_saxce")
 class Problem:
     """Find x in K with -(A x + b) in the normal cone of K at x; the impulses of one time step.
 
@@ -272,7 +274,7 @@ class Problem:
         values = vector("u", u)
         if self._scale is not None and len(values) == self.rows:
             values = values * self._scale
-        return frozen(self._core.saxce(values, self._law(law)))
+        return frozen(self._core.de_saxce(values, self._law(law)))
 
     def natural_map(self, x: ArrayLike, *, law: str | None = None) -> Array:
         """(m,) x - project(x - g / P), g = u + de_saxce(u), u = A x + b: zero exactly at a solution.
@@ -307,14 +309,6 @@ class Problem:
         if hasattr(self.A, "nnz"):
             kind = f"sparse, {self.A.nnz} entries"
         return f"amontons.vi.Problem{title}\n  rows:  {self.rows}\n  A:     {kind}\n  cones: {cones}"
-
-    if not TYPE_CHECKING:  # checkers of types know which names there are
-
-        def __getattr__(self, name: str) -> Any:
-            """Only for names that are not there."""
-            if name == "saxce":
-                raise AttributeError("problem.saxce is now problem.de_saxce")
-            raise AttributeError(f"a problem has no attribute {name!r}{suggestion(name, dir(type(self)))}")
 
 
 class Violations(NamedTuple):

@@ -113,7 +113,7 @@ def _colour(model: Model, thing: Geom | Visual, index: int) -> Array:
 
 
 def _moves(model: Model, body: int) -> bool:
-    return body != WORLD and model.bodies[body].motion != "fixed"
+    return body != WORLD and model.bodies[body].motion != "static"
 
 
 def turned(q: Array, v: Array) -> Array:

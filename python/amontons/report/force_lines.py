@@ -75,7 +75,7 @@ def force_lines(model: Model, positions: Array, orientations: Array, contacts: T
     """
     local = np.array([body.centre_of_mass for body in model.bodies]).reshape(-1, 3)
     centres = positions + turned(orientations, local)
-    moves = np.array([body.motion != "fixed" for body in model.bodies] + [False])  # of the world, the last
+    moves = np.array([body.motion != "static" for body in model.bodies] + [False])  # of the world, the last
     acting = forces_of(contacts)
     colours = np.array([STATES[state] for state in acting.states.tolist()], dtype=np.uint8).reshape(-1, 3)
     drawn = []

@@ -33,7 +33,7 @@ def joint_lines(model: Model, positions: Array, orientations: Array, thickness: 
         ]
         lines.append((ends[0], ends[1], ROD * thickness))
         for body, end in zip((joint.body_a, joint.body_b), ends, strict=True):
-            if body != WORLD and model.bodies[body].motion != "fixed":
+            if body != WORLD and model.bodies[body].motion != "static":
                 centre = _placed(positions, orientations, body, model.bodies[body].centre_of_mass)
                 lines.append((centre, end, ROD * thickness))
         for axis in _axes(joint, orientations):

@@ -37,11 +37,11 @@ def linear_model(
         held = Held(core, simulation._model, core_options(probe.options))
         core, margin = held.simulation(), held.step.margin
     found = linearise_core(core, simulation._model, simulation.dt, inputs, threads, margin)
-    if contacts == "free" and found.kinks:
+    if contacts == "free" and found.nonsmooth:
         count = len(found.states + found.inputs)
         warnings.warn(
-            f"differences to both sides disagree for {len(found.kinks)} of {count} states and inputs, as "
-            f"{found.kinks[0]}: contacts open, close or begin to slide; for a feedback give "
+            f"differences to both sides disagree for {len(found.nonsmooth)} of {count} states and inputs, as "
+            f"{found.nonsmooth[0]}: contacts open, close or begin to slide; for a feedback give "
             'contacts="held"',
             StepWarning,
             stacklevel=3,

@@ -30,8 +30,8 @@ from .differences import (
     Stepped,
     entries_of,
     felt,
-    kinks_of,
     names_of,
+    nonsmooth_of,
 )
 
 OPEN_END = 1e-5
@@ -202,8 +202,8 @@ def derivative_of(
     matrix, ends = whole[:size], np.cumsum([size, len(driven), len(driven)])
     A, B, B_before, P = (part.copy() for part in np.split(matrix, ends, axis=1))
     of_state = [Sides(side.low[:size], side.high[:size], side.by) for side in sides]
-    kinks = kinks_of(states + driven, entries, of_state, stepped.middle[:size])
-    reason = unsound or _reason(held.step, kinks)
+    nonsmooth = nonsmooth_of(states + driven, entries, of_state, stepped.middle[:size])
+    reason = unsound or _reason(held.step, nonsmooth)
     return Derivative(
         A,
         B,
@@ -294,13 +294,15 @@ def with_values(model: Model, values: Mapping[str, Sequence[float]]) -> Model:
     return variant_at(model, changes)
 
 
-def _reason(step: _core.HeldStep, kinks: Sequence[str]) -> str:
+def _reason(step: _core.HeldStep, nonsmooth: Sequence[str]) -> str:
     if step.others:
         return f"contacts or rows of the step change with the state: {step.others} steps were not held"
     if not step.determines_velocities:
         return "the velocities depend on impulses that are not determined (a stack, a table on many legs)"
-    if kinks:
-        return f"changes of {', '.join(kinks[:3])} differ to both sides: a position is about to be corrected"
+    if nonsmooth:
+        return (
+            f"changes of {', '.join(nonsmooth[:3])} differ to both sides: a position is about to be corrected"
+        )
     if step.residual > INCONSISTENT * CHANGE:
         return "contacts and joints contradict each other after a change"
     if step.margin < NEAR * CHANGE:

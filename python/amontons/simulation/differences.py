@@ -80,7 +80,7 @@ class Sides:
         return (self.high - middle) / self.by[1], (self.low - middle) / self.by[0]
 
 
-def kinks_of(
+def nonsmooth_of(
     names: Sequence[str],
     entries: Sequence[Entry],
     sides: Sequence[Sides],
@@ -142,7 +142,7 @@ class Stepped:
     def unbent(self, entries: Sequence[Entry], sides: list[Sides]) -> None:
         """Replaces sides of a strong curve by those of a smaller change."""
         names = [str(k) for k in range(len(entries))]
-        at = [int(k) for k in kinks_of(names, entries, sides, self.middle, BENT)]
+        at = [int(k) for k in nonsmooth_of(names, entries, sides, self.middle, BENT)]
         less = [replace(entries[k], low=entries[k].low / 10, high=entries[k].high / 10) for k in at]
         for k, side in zip(at, self.sides(less), strict=True):
             sides[k] = side

@@ -12,10 +12,12 @@ import numpy as np
 
 from .. import _core
 from ..checks import Array
+from ..guidance import former_names
 from ..model.model import Model
-from .differences import Stepped, activated, entries_of, kinks_of, names_of, steadied
+from .differences import Stepped, activated, entries_of, names_of, nonsmooth_of, steadied
 
 
+@former_names(kinks="nonsmooth")
 @dataclass(frozen=True)
 class Linearisation:
     """x+ - f(x0, u0) = A (x - x0) + B (u - u0) for one time step dt.
@@ -44,7 +46,7 @@ class Linearisation:
     """names of the entries of u: hip.control, or hip.force"""
     residual: float
     """largest natural residual of the steps; above the tolerance A and B are not to be trusted"""
-    kinks: tuple[str, ...] = ()
+    nonsmooth: tuple[str, ...] = ()
     """names of states and inputs whose differences to both sides disagree: no derivative is there"""
 
 
@@ -69,7 +71,7 @@ def linearise_core(
     slopes = np.array([side.slope for side in sides]).reshape(len(sides), size + model.nv)
     matrix = slopes[:, :size].T
     states, driven = names_of(model, inputs)
-    kinks = kinks_of(states + driven, entries, sides, stepped.middle)
+    nonsmooth = nonsmooth_of(states + driven, entries, sides, stepped.middle)
     return Linearisation(
         matrix[:, :size].copy(),
         matrix[:, size:].copy(),
@@ -78,5 +80,5 @@ def linearise_core(
         states,
         driven,
         stepped.residual,
-        kinks,
+        nonsmooth,
     )

@@ -361,7 +361,7 @@ class Simulation:
 
         inputs: "controls", of actuators and motors, "joint_forces", generalised forces along qd, or "none".
         contacts: "free": each changed step finds its own contacts. Where contacts begin, end or start to
-            slide there is no derivative: the numbers then belong to a change of 1e-6, `kinks` names the
+            slide there is no derivative: the numbers then belong to a change of 1e-6, `nonsmooth` names the
             states, and a StepWarning says so. "held": contacts, limits and drives stay open, stick, slide or
             stay at a bound as in the step from here, which is what a feedback about a stance needs.
         tolerance: of the solve of each step, if it is tighter than the simulation's. threads: copies at a

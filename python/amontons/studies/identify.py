@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import Array, flag, integer, number, positive, reals, shown
 from ..errors import InputError, ModelWarning
+from ..guidance import former_names
 from ..io.recordings.recording import Recording
 from ..model.model import Model, no_model
 from ..model.quantities import parameter, values_of
@@ -56,6 +57,7 @@ class Motion:
     """time between two frames (s)"""
 
 
+@former_names(unseen="not_identifiable")
 @dataclass(frozen=True)
 class Fit:
     """Estimates of parameters, as `identify` returns them.
@@ -63,7 +65,7 @@ class Fit:
     >>> model = scenes.make("pendulum").with_(damping={"hinge": 0.1})
     >>> run = rollout(model.with_(damping={"hinge": 0.2}), [[1.0, 0.0]], steps=100)
     >>> fit = identify(model, Motion(run.q[0], run.qd[0]), ["damping:hinge"])
-    >>> round(fit["damping:hinge"], 2), fit.unseen
+    >>> round(fit["damping:hinge"], 2), fit.not_identifiable
     (0.2, ())
     """
 
@@ -84,7 +86,7 @@ class Fit:
     """the same of the pieces that were held out; NaN without any"""
     held_out_before: float
     """the same with the parameters of the model as it was given"""
-    unseen: tuple[str, ...]
+    not_identifiable: tuple[str, ...]
     """parameters without influence on the motion, which keep their values"""
     model: Model
     """the variant with the estimates"""
@@ -176,10 +178,10 @@ def identify(
     lower, upper = _bounds(names, bounds, start)
     problem = _Problem(model, names, fitted, threads)
     slope = problem.jacobian(start)
-    unseen = _unseen(names, slope, start, problem)
-    free = np.array([name not in unseen for name in names])
+    not_identifiable = _not_identifiable(names, slope, start, problem)
+    free = np.array([name not in not_identifiable for name in names])
     values = _estimate(problem, start, free, (lower, upper), flag("robust", robust))
-    return _fit(model, names, values, start, free, problem, kept, unseen, threads)
+    return _fit(model, names, values, start, free, problem, kept, not_identifiable, threads)
 
 
 def _estimate(
@@ -428,17 +430,19 @@ def _bounds(
     return lower, upper
 
 
-def _unseen(names: list[str], slope: Array, start: Array, problem: _Problem) -> tuple[str, ...]:
+def _not_identifiable(names: list[str], slope: Array, start: Array, problem: _Problem) -> tuple[str, ...]:
     influence = np.linalg.norm(slope, axis=0) * np.where(start > 0, start, 1.0)
     moved = np.linalg.norm(problem.scale) * np.sqrt(problem.pieces.q.shape[0] * problem.pieces.q.shape[1])
-    unseen = tuple(name for name, size in zip(names, influence, strict=True) if size <= UNSEEN * moved)
-    if unseen:
+    not_identifiable = tuple(
+        name for name, size in zip(names, influence, strict=True) if size <= UNSEEN * moved
+    )
+    if not_identifiable:
         warnings.warn(
-            f"no influence on the motion: {', '.join(unseen)}; record motion in which they act",
+            f"no influence on the motion: {', '.join(not_identifiable)}; record motion in which they act",
             ModelWarning,
             stacklevel=3,
         )
-    return unseen
+    return not_identifiable
 
 
 def _fit(
@@ -449,7 +453,7 @@ def _fit(
     free: Array,
     problem: _Problem,
     kept: _Pieces | None,
-    unseen: tuple[str, ...],
+    not_identifiable: tuple[str, ...],
     threads: int | None,
 ) -> Fit:
     residuals = problem.residuals(values)
@@ -470,7 +474,7 @@ def _fit(
         float(np.sqrt(np.mean(residuals**2))),
         held,
         before,
-        unseen,
+        not_identifiable,
         problem.variant(values),
         problem.simulated([values])[0],
         problem.pieces.q,

@@ -128,7 +128,7 @@ class Stage:
 
     def _hidden(self, positions: Array, eye: Array) -> float:
         """The share of the moving bodies that stand behind something fixed."""
-        moving = [k for k, body in enumerate(self._model.bodies) if body.motion != "fixed"][:200]
+        moving = [k for k, body in enumerate(self._model.bodies) if body.motion != "static"][:200]
         hidden = np.zeros(len(moving), dtype=bool)
         for batch, _ in self._batches:
             if not batch.moves:
@@ -245,7 +245,7 @@ class Stage:
 def extent(model: Model, positions: Array) -> tuple[Array, float]:
     """The middle of what moves, at positions (n, 3) or (k, n, 3), and its largest diameter (m), but for the
     few that are far off."""
-    moving = [k for k, body in enumerate(model.bodies) if body.motion != "fixed"]
+    moving = [k for k, body in enumerate(model.bodies) if body.motion != "static"]
     points = (positions[..., moving, :] if moving else positions).reshape(-1, 3)
     if not len(points):
         return np.zeros(3), 1.0

@@ -20,7 +20,7 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
     frames[i] = {pose.position + arm, pose, {}};
     mobility[i] = {};
     velocities[i] = {};
-    if (body.motion == Motion::fixed) continue;
+    if (body.motion == Motion::still) continue;
     const Vec3& omega = state.angular_velocities[i];
     velocities[i] = {state.linear_velocities[i] + cross(omega, arm), omega};
     if (!model.is_dynamic(static_cast<Index>(i))) continue;

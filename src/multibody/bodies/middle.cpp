@@ -45,7 +45,7 @@ void show_middle(const Model& model, State& state) {
 void begin_in_the_middle(const Model& model, const State& state, BodyVelocities& velocities) {
   for (std::size_t i = 0; i < velocities.size(); ++i) {
     const Body& body = model.description().bodies[i];
-    if (body.motion == Motion::fixed) continue;
+    if (body.motion == Motion::still) continue;
     const MiddleVelocity& middle = state.middle_velocities[i];
     const Vec3 arm = rotate(state.orientations[i], body.centre_of_mass);
     velocities[i] = {middle.linear + cross(middle.angular, arm), middle.angular};

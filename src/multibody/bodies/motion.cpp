@@ -159,7 +159,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
   const auto& [start, v, h, ahead] = drift;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
-    if (body.motion == Motion::fixed || (!in_tree.empty() && in_tree[i] >= 0)) continue;
+    if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) continue;
     const Quat before = state.orientations[i];
     Vec3 omega = v[i].angular;
     // A body without spin keeps the bits of its orientation.

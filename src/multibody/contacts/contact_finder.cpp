@@ -101,7 +101,7 @@ void ContactFinder::reach_out(const Reach& reach) {
   const auto reach_of = [&](std::size_t g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
-    if (body >= 0 && model.body(body).motion != Motion::fixed)
+    if (body >= 0 && model.body(body).motion != Motion::still)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
     const Vec3 way = reach.h * motions_[g].centre;
     const double grow =

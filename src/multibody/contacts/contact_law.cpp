@@ -31,7 +31,7 @@ double power(const Mat3& inverse_inertia, const Vec3& torque) {
 template <class S>
 ContactState state_of(const S& set, double p, Law law, const double* x, const double* u) {
   double g[S::dim], trial[S::dim], foot[S::dim];
-  add_saxce_term(set, law, u, g);
+  add_de_saxce_term(set, law, u, g);
   for (int k = 0; k < S::dim; ++k) trial[k] = x[k] - g[k] / p;
   set.project(trial, foot);
   constexpr bool beside = std::is_same_v<S, RollingFriction>;

@@ -33,7 +33,7 @@ bool may_pass(const Model& model, Index body, Index geom) {
 
 bool is_still(const Model& model, Index geom) {
   const Index body = model.geom(geom).body;
-  return body < 0 || model.body(body).motion == Motion::fixed;
+  return body < 0 || model.body(body).motion == Motion::still;
 }
 
 // Height by which one geom rises beside another one within the step, at a point and along a direction.

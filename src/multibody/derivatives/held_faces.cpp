@@ -1,6 +1,6 @@
-// F(x) = x - Pi(t0) - Q (t - t0) has the derivative M = 1 - Q + Q P^-1 B A, with B = 1 + e_n saxce'(u0)' for
-// every contact: that of Newton's method (newton.cpp). M^+ is formed once. A nearby problem needs its product
-// alone: x - M^+ F(x) errs by the square of the change, and a few of them by rounding.
+// F(x) = x - Pi(t0) - Q (t - t0) has the derivative M = 1 - Q + Q P^-1 B A, with B = 1 + e_n de_saxce'(u0)'
+// for every contact: that of Newton's method (newton.cpp). M^+ is formed once. A nearby problem needs its
+// product alone: x - M^+ F(x) errs by the square of the change, and a few of them by rounding.
 //
 // M is singular where impulses are not determined. M^+ is then the least change of impulses that does it.
 #include "multibody/derivatives/held_faces.hpp"
@@ -109,7 +109,7 @@ HeldFaces::HeldFaces(const Problem& problem, Law law, std::vector<double> x)
   for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += b_[i];
   for_each_block(K_, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law_, &u_[row], g);
+    add_de_saxce_term(set, law_, &u_[row], g);
     for (int k = 0; k < S::dim; ++k) trial_[row + k] = x_[row + k] - g[k] / P_[block];
   });
   for (const double velocity : b_) fastest_ = std::max(fastest_, std::abs(velocity));
@@ -144,7 +144,7 @@ void HeldFaces::form(const Problem& problem) {
     if constexpr (S::frictional) {
       if (law_ == Law::coulomb) {
         double slope[S::dim];
-        set.saxce_gradient(&u_[row], slope);
+        set.de_saxce_gradient(&u_[row], slope);
         Eigen::RowVectorXd more = Eigen::RowVectorXd::Zero(n);
         for (int k = 0; k < S::dim; ++k) more += slope[k] * A.row(at + k);
         A.row(at) += more;
@@ -204,10 +204,10 @@ double HeldFaces::distance(const Problem& problem, double closed) const {
   return largest;
 }
 
-// On the curved part of a set, where a contact slides, Pi and saxce are those of the nearby problem at x. The
-// first of several problems of a step may be some way off. Elsewhere, and past a border, they are the
+// On the curved part of a set, where a contact slides, Pi and de_saxce are those of the nearby problem at x.
+// The first of several problems of a step may be some way off. Elsewhere, and past a border, they are the
 // tangents at the trial point and the velocity of this solution. The sets are those of the nearby problem. So
-// a change of a friction coefficient, or of a bound, is in Pi(t0) and saxce(u0).
+// a change of a friction coefficient, or of a bound, is in Pi(t0) and de_saxce(u0).
 void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std::vector<double>& u,
                          std::vector<double>& F) const {
   product(problem.A, x, u);
@@ -215,7 +215,7 @@ void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std:
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim], d[S::dim], foot[S::dim], moved[S::dim];
     if (S::frictional && region_of(set, &trial_[row]) == Region::border) {
-      add_saxce_term(set, law_, &u[row], g);
+      add_de_saxce_term(set, law_, &u[row], g);
       for (int k = 0; k < S::dim; ++k) d[k] = x[row + k] - g[k] / P_[block];
       if (region_of(set, d) == Region::border) {
         set.project(d, foot);
@@ -227,8 +227,8 @@ void HeldFaces::held_map(const Problem& problem, std::span<const double> x, std:
     if constexpr (S::frictional) {
       if (law_ == Law::coulomb) {
         double slope[S::dim];
-        set.saxce_gradient(&u_[row], slope);
-        g[0] += set.saxce(&u_[row]);
+        set.de_saxce_gradient(&u_[row], slope);
+        g[0] += set.de_saxce(&u_[row]);
         for (int k = 0; k < S::dim; ++k) g[0] += slope[k] * (u[row + k] - u_[row + k]);
       }
     }

@@ -12,14 +12,14 @@ namespace amontons {
 // system, with the factors of this one. To first order its solution is that of the variational inequality, as
 // long as no face changes.
 //
-// Equation. With g = u + saxce(u) e_n and the trial point t = x - g / p of a block, a solution has
-// x = Pi(t). Held, Pi and saxce are their tangents at the trial point t0 and the velocity u0 of this
+// Equation. With g = u + de_saxce(u) e_n and the trial point t = x - g / p of a block, a solution has
+// x = Pi(t). Held, Pi and de_saxce are their tangents at the trial point t0 and the velocity u0 of this
 // solution:
 //
 //   x = Pi(t0) + Q (t - t0),   Q = Pi'(t0),
-//   g = u + (saxce(u0) + saxce'(u0) (u - u0)) e_n,   u = A x + b.
+//   g = u + (de_saxce(u0) + de_saxce'(u0) (u - u0)) e_n,   u = A x + b.
 //
-// Pi, Q and saxce are those of the nearby set, whose coefficients may differ.
+// Pi, Q and de_saxce are those of the nearby set, whose coefficients may differ.
 class HeldFaces {
  public:
   // x: a solution of the problem, to rounding. InputError if there are more than `most_rows` rows.

@@ -245,18 +245,18 @@ JointError joint_error(const Model& model, const BodyFrames& bodies, const State
 }
 
 // Depth of a journal in its bearing, or of a slider in its guide; negative with room left.
-static double play_depth(const Joint& joint, std::span<const double> q) {
-  if (joint.play_length == 0) return elementary::hypot(q[0], q[1]) - joint.play;
-  const double tilt = 0.5 * joint.play_length * std::abs(elementary::sin(q[2]));
-  return std::abs(q[1]) + tilt - joint.play;
+static double clearance_depth(const Joint& joint, std::span<const double> q) {
+  if (joint.guide_length == 0) return elementary::hypot(q[0], q[1]) - joint.clearance;
+  const double tilt = 0.5 * joint.guide_length * std::abs(elementary::sin(q[2]));
+  return std::abs(q[1]) + tilt - joint.clearance;
 }
 
 // Present lengths and coordinates, including those that no impulse can change.
 double line_error(const Model& model, const BodyFrames& bodies, const State& state) {
   double worst = 0;
   for (std::size_t j = 0; j < model.joints(); ++j)
-    if (const Joint& joint = model.joint(static_cast<Index>(j)); joint.play > 0)
-      worst = std::max(worst, play_depth(joint, coordinates_of(model, state, j)));
+    if (const Joint& joint = model.joint(static_cast<Index>(j)); joint.clearance > 0)
+      worst = std::max(worst, clearance_depth(joint, coordinates_of(model, state, j)));
   for (const Coupling& c : model.description().couplings) {
     if (c.compliance > 0) continue;
     const double violation = coupling_value(model, c, bodies, state).violation;

@@ -37,7 +37,7 @@ Vec3 add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, c
   const Vec3 d = way / length;
   if (p.body == q.body) return d;
   for (const auto& [stop, sign] : {std::pair{&q, 1.0}, std::pair{&p, -1.0}}) {
-    if (stop->body < 0 || model.body(stop->body).motion == Motion::fixed) continue;
+    if (stop->body < 0 || model.body(stop->body).motion == Motion::still) continue;
     const Vec3 m = cross(stop->at - bodies[stop->body].centre, d);
     line.row.add(stop->body, {d.x, d.y, d.z, m.x, m.y, m.z}, sign * share);
   }

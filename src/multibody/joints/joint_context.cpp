@@ -51,7 +51,7 @@ namespace {
 void fill(JointContext& context, const Model& model, const BodyFrames& bodies, const State& state,
           std::size_t j) {
   const auto unless_fixed = [&](Index body) {
-    return body >= 0 && model.body(body).motion != Motion::fixed ? body : world;
+    return body >= 0 && model.body(body).motion != Motion::still ? body : world;
   };
   const Joint* joint = &model.joint(static_cast<Index>(j));
   // Screws of a hinge do not depend on its angle.

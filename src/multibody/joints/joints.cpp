@@ -7,10 +7,10 @@
 
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/actuator_rows.hpp"
+#include "multibody/joints/clearance_rows.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/joints/play_rows.hpp"
 #include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/joints/tendons.hpp"
@@ -155,7 +155,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
     }
     if (!context.in_tree) append_locked_rows(in, context, rows);
     append_dof_rows(in, context, rows);
-    if (joint.play > 0) append_play_rows(in, context, rows);
+    if (joint.clearance > 0) append_clearance_rows(in, context, rows);
     if (joint.spherical) append_ball_rows(in, context, rows);
   }
   append_tendon_rows(in, rows);

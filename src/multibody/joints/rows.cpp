@@ -51,7 +51,7 @@ double* place_of(const RowTag& tag, State& state) {
     case RowKind::rub:
       return &state.rub_impulses[tag.joint];
     case RowKind::locked:
-    case RowKind::play:
+    case RowKind::clearance:
     case RowKind::distance:
       break;
   }

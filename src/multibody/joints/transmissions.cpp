@@ -20,7 +20,7 @@ Line transmission_line(const Model& model, const BodyFrames& bodies, const Trans
   const Transform relative = inverse(there) * here;
   Line line;
   const auto add = [&](Index body, const Vec3& f, const Vec3& torque, const Vec3& at, double sign) {
-    if (body < 0 || model.body(body).motion == Motion::fixed) return;
+    if (body < 0 || model.body(body).motion == Motion::still) return;
     const Vec3 m = cross(at - bodies[body].centre, f) + torque;
     line.row.add(body, {f.x, f.y, f.z, m.x, m.y, m.z}, sign);
   };

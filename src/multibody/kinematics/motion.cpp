@@ -24,7 +24,7 @@ Twist from_point(const Vec3& linear, const Vec3& angular, const Vec3& point) {
 
 // Fixed bodies have zero velocity, whatever the state contains.
 Twist velocity_in(const Model& model, const State& state, Index body) {
-  if (body < 0 || model.body(body).motion == Motion::fixed) return {};
+  if (body < 0 || model.body(body).motion == Motion::still) return {};
   return from_point(state.linear_velocities[body], state.angular_velocities[body], state.positions[body]);
 }
 

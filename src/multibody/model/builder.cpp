@@ -47,7 +47,7 @@ constexpr Freedom hinge{Dof::Kind::hinge}, slide{Dof::Kind::slide};
 constexpr Freedom slide_x{Dof::Kind::slide, {1, 0, 0}}, slide_y{Dof::Kind::slide, {0, 1, 0}};
 
 // A kind of joint that is a chain of `dofs` freedoms. The third axis of its frame is the axis of the joint;
-// without an axis the frame is turned as body B. With play only the freedom `own` takes what users give.
+// without an axis the frame is turned as body B. With clearance only the freedom `own` takes what users give.
 struct Chain {
   std::string_view name;
   bool needs_point, has_axis;
@@ -75,28 +75,28 @@ const Chain& chain_of(const std::string& kind) {
   return *chain;
 }
 
-// The kind with play, once its data are known to be complete.
-const Chain& with_play(const std::string& kind, const NewJoint& given, const std::string& who) {
-  const bool none = given.play == 0;
-  for (const auto& [value, name] : {std::pair(given.play_length, "play_length"),
+// The kind with clearance, once its data are known to be complete.
+const Chain& with_clearance(const std::string& kind, const NewJoint& given, const std::string& who) {
+  const bool none = given.clearance == 0;
+  for (const auto& [value, name] : {std::pair(given.guide_length, "guide_length"),
                                     {given.journal_radius, "journal_radius"},
-                                    {given.play_friction, "play_friction"}})
+                                    {given.clearance_friction, "clearance_friction"}})
     AMONTONS_REQUIRE(!none || value == 0,
-                     who + ": " + name + " without play; give the clearance, as play=1e-4");
+                     who + ": " + name + " without clearance; give the clearance, as clearance=1e-4");
   if (none) return chain_of(kind);
   AMONTONS_REQUIRE(kind == "revolute" || kind == "prismatic",
-                   who + ": play is for revolute and prismatic joints");
-  AMONTONS_REQUIRE(kind == "revolute" || (given.play_length > 0 && !(given.play_normal == Vec3{})),
-                   who + ": play needs play_length > 0 and play_normal");
+                   who + ": clearance is for revolute and prismatic joints");
+  AMONTONS_REQUIRE(kind == "revolute" || (given.guide_length > 0 && !(given.guide_normal == Vec3{})),
+                   who + ": clearance needs guide_length > 0 and guide_normal");
   return chain_of(kind == "revolute" ? "journal" : "slider");
 }
 
-// The rotation of the frame of a slider with play, whose first axis is that of the joint and whose third is
-// the normal of the plane in which it tilts.
+// The rotation of the frame of a slider with clearance, whose first axis is that of the joint and whose third
+// is the normal of the plane in which it tilts.
 Quat along_slider(const NewJoint& given, const Vec3& x, const std::string& who) {
-  const Vec3 z = direction(who, "play_normal", given.play_normal);
+  const Vec3 z = direction(who, "guide_normal", given.guide_normal);
   AMONTONS_REQUIRE(std::abs(dot(x, z)) <= 1e-6,
-                   who + ": play_normal is not normal to the axis; give a perpendicular one");
+                   who + ": guide_normal is not normal to the axis; give a perpendicular one");
   const Quat turn = rotation_to_z(z);
   const Vec3 first = rotate(turn, {1, 0, 0});
   const double half = 0.5 * elementary::atan2(dot(first, cross(z, x)), dot(first, x));
@@ -144,7 +144,7 @@ std::size_t dofs_of_kind(const std::string& kind) { return chain_of(kind).dofs; 
 // bodies keep it in their own coordinates at their initial poses, so that the joint is closed at the start.
 Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& b, const NewJoint& given) {
   const std::string who = quoted("joint", given.name);
-  const Chain& chain = with_play(kind, given, who);
+  const Chain& chain = with_clearance(kind, given, who);
   Joint joint = between(who, given.name, a, b);
   AMONTONS_REQUIRE(given.point || !chain.needs_point, who + ": point is not given; give one in the world");
   const std::size_t n = chain.own < 0 ? chain.dofs : 1;
@@ -161,8 +161,8 @@ Joint joint_between(const std::string& kind, const JointEnd& a, const JointEnd& 
   joint.frame_a = local(a, frame), joint.frame_b = local(b, frame);
   joint.spherical = chain.spherical;
   joint.compliance = given.compliance, joint.collide = given.collide;
-  joint.play = given.play, joint.play_length = given.play_length;
-  joint.journal_radius = given.journal_radius, joint.play_friction = given.play_friction;
+  joint.clearance = given.clearance, joint.guide_length = given.guide_length;
+  joint.journal_radius = given.journal_radius, joint.clearance_friction = given.clearance_friction;
   for (std::size_t k = 0; k < chain.dofs; ++k) {
     Dof& dof = joint.dofs.emplace_back();
     if (chain.own < 0) dof = given.dofs.empty() ? given.dof : given.dofs[k];

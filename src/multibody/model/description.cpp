@@ -143,19 +143,20 @@ void check_dof(const Dof& dof, const std::string& who) {
           who, "the bounds of the effort of actuators leave none; the lower one comes first");
 }
 
-// Rows of play read two slides and the hinge about their normal, in this order.
-void check_play(const Joint& joint, const std::string& who) {
-  check_not_negative(who, {{joint.play, "play"},
-                           {joint.play_length, "the length of the slider"},
+// Rows of clearance read two slides and the hinge about their normal, in this order.
+void check_clearance(const Joint& joint, const std::string& who) {
+  check_not_negative(who, {{joint.clearance, "clearance"},
+                           {joint.guide_length, "the length of the slider"},
                            {joint.journal_radius, "the radius of the journal"},
-                           {joint.play_friction, "the friction of the play"}});
-  if (joint.play == 0) return;
+                           {joint.clearance_friction, "the friction of the clearance"}});
+  if (joint.clearance == 0) return;
   using Kind = Dof::Kind;
   const auto& dofs = joint.dofs;
   require(joint.kind == JointKind::chain && !joint.spherical && dofs.size() == 3 &&
               dofs[0].kind == Kind::slide && dofs[1].kind == Kind::slide && dofs[2].kind == Kind::hinge,
           who,
-          "play needs two slides and a hinge about their normal, as add_revolute_joint(play=) makes them");
+          "clearance needs two slides and a hinge about their normal, as add_revolute_joint(clearance=) "
+          "makes them");
 }
 
 // More than six dofs have dependent axes in every pose, so that coordinates are not unique. Body A must be
@@ -181,7 +182,7 @@ void check_joint(const Joint& joint, const std::string& who, Index bodies) {
   require(joint.lower_distance >= 0 && joint.lower_distance <= joint.upper_distance &&
               joint.lower_distance < infinity,
           who, "the limits of the distance must satisfy 0 <= lower <= upper");
-  check_play(joint, who);
+  check_clearance(joint, who);
   for (std::size_t k = 0; k < joint.dofs.size(); ++k)
     check_dof(joint.dofs[k], joint.dofs.size() > 1 ? who + ", dof " + std::to_string(k) : who);
 }

@@ -53,6 +53,18 @@ constexpr std::array<const char*, 0> passed_over{};
 template <>
 constexpr std::array<const char*, 2> passed_over<ModelDescription>{"version", "shapes"};
 
+// Names of the first version, and what they became in the second.
+constexpr std::pair<std::string_view, std::string_view> renamed[] = {{"play", "clearance"},
+                                                                     {"play_length", "guide_length"},
+                                                                     {"play_friction", "clearance_friction"},
+                                                                     {"fixed", "static"}};
+
+std::string present_name(const std::string& name) {
+  for (const auto& [former, present] : renamed)
+    if (name == former) return std::string(present);
+  return name;
+}
+
 class Reader {
  public:
   explicit Reader(const Place& file) {
@@ -137,7 +149,8 @@ class Reader {
   void read(const Place& p, E& x) const {
     std::string known;
     for (const auto& [name, value] : values_of<E>) {
-      if (p.value == name) return void(x = value);
+      if (p.value == name || (p.value.is_string() && present_name(p.value.get<std::string>()) == name))
+        return void(x = value);
       known += (known.empty() ? "" : ", ") + std::string(name);
     }
     p.fail("give one of " + known);
@@ -163,7 +176,7 @@ class Reader {
       if (!p.value.contains("shape")) p.fail("there is no \"shape\"");
     // Lambdas of Clang before 16 capture no structured bindings.
     for (const auto& item : p.value.items()) {
-      const std::string& key = item.key();
+      const std::string key = present_name(item.key());
       const auto& value = item.value();
       // Before actuators were parts of a model, the key had names of motors, which its joints have still.
       if (std::is_same_v<T, ModelDescription> && key == "actuators" && !value.is_array()) continue;

@@ -55,12 +55,12 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     double steep = 1, closing = 0;
     if constexpr (S::frictional) {
       constexpr double slips[6] = {0, 1, 1, 1, 1, 1};
-      steep = 1 + set.saxce(slips) * set.saxce(slips);
+      steep = 1 + set.de_saxce(slips) * set.de_saxce(slips);
       closing = set.violation(&s.u[row]);
     }
     if (!(step::policy.wrong * step::policy.wrong * U * U < p * steep * seen * seen)) return;
     double g[S::dim];
-    add_saxce_term(set, law, &s.u[row], g);
+    add_de_saxce_term(set, law, &s.u[row], g);
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double weight = 1 / std::sqrt(p * steep);
     if (missed > std::max(step::policy.wrong * U, least_miss) &&

@@ -62,9 +62,9 @@ void keep_solved(const Problem& problem, Law law, double most, double rounding, 
     if (!island.rests) return;
     const double zero[S::dim] = {};
     double g[S::dim];
-    add_saxce_term(set, law, &start.u[row], g);
+    add_de_saxce_term(set, law, &start.u[row], g);
     island.start.map += natural_map_squared(set, problem.P[block], &start.x[row], g);
-    add_saxce_term(set, law, &problem.b[row], g);
+    add_de_saxce_term(set, law, &problem.b[row], g);
     island.start.at_zero += natural_map_squared(set, problem.P[block], zero, g);
   });
   for (const Island& i : islands.each) islands.slow = islands.slow && i.start.residual() <= most;

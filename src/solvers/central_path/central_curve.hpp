@@ -118,7 +118,7 @@ bool CentralCurve<System>::start_near(System& system, const SetProduct& K, Law l
   bool all = true;
   each([&]<class S>(const S& set, auto& barrier, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law, &u0[row], g);
+    add_de_saxce_term(set, law, &u0[row], g);
     if constexpr (std::is_same_v<S, Interval>)
       curve::start_near(barrier, set, system.units().of_x()[block], &x0[row], g, t);
     else if constexpr (requires { curve::start_near(barrier, &x0[row], g, t); })
@@ -190,13 +190,13 @@ void CentralCurve<System>::linearise() {
     }
     if constexpr (S::frictional) {
       if (law_ != Law::coulomb || !set.has_friction()) return;
-      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+      const double epsilon = curve::policy.rounding * t_, s = set.de_saxce(w),
                    rounded = elementary::hypot(s, epsilon);
       F_[row] -= rounded;
       F_t_[row] -= epsilon * epsilon / rounded;
       if (!(s > 0)) return;
       double g[d];
-      set.saxce_gradient(w, g);
+      set.de_saxce_gradient(w, g);
       for (int j = 0; j < d; ++j)
         for (int k = 1; k < d; ++k) BT[j] -= s / rounded * g[k] * BT[d * k + j];
     }
@@ -287,14 +287,14 @@ bool CentralCurve<System>::bend(Direction& d) {
       double w[n], end[n], g[n];
       barrier.dual(w);
       barrier.dual(end, 1);
-      const double epsilon = curve::policy.rounding * t_, s = set.saxce(w),
+      const double epsilon = curve::policy.rounding * t_, s = set.de_saxce(w),
                    rounded = elementary::hypot(s, epsilon);
       double linear = rounded + d.dt * epsilon * epsilon / rounded;
       if (s > 0) {
-        set.saxce_gradient(w, g);
+        set.de_saxce_gradient(w, g);
         for (int k = 1; k < n; ++k) linear += s / rounded * g[k] * (end[k] - w[k]);
       }
-      bent_[row] -= elementary::hypot(set.saxce(end), epsilon * (1 + d.dt)) - linear;
+      bent_[row] -= elementary::hypot(set.de_saxce(end), epsilon * (1 + d.dt)) - linear;
     }
   });
   corrected_.dt = d.dt;

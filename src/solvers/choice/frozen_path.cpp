@@ -27,7 +27,7 @@ Problem with_frozen_term(const Problem& problem, const std::vector<double>& u) {
   Problem frozen = problem;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, Law::coulomb, &u[row], g);
+    add_de_saxce_term(set, Law::coulomb, &u[row], g);
     frozen.b[row] += g[0] - u[row];
   });
   return frozen;

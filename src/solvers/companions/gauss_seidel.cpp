@@ -139,7 +139,7 @@ struct GaussSeidel : VectorIterate {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double v[S::dim], g[S::dim], next[S::dim];
       for (int i = 0; i < S::dim; ++i) v[i] = sweep.velocity(row + i, x);
-      add_saxce_term(set, law_of(problem, options), v, g);
+      add_de_saxce_term(set, law_of(problem, options), v, g);
       for (int i = 0; i < S::dim; ++i) g[i] = x[row + i] - options.sor.omega * g[i] / q[block];
       set.project(g, next);
       for (int i = 0; i < S::dim; ++i) {

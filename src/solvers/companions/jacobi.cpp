@@ -63,7 +63,7 @@ struct Jacobi : VectorIterate {
   std::optional<double> step() {
     for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim];
-      add_saxce_term(set, law_of(problem, options), &u[row], g);
+      add_de_saxce_term(set, law_of(problem, options), &u[row], g);
       for (int k = 0; k < S::dim; ++k) g[k] = x[row + k] - omega * g[k] / problem.P[block];
       set.project(g, &x[row]);
     });

@@ -123,7 +123,7 @@ class SpgLiteral : public VectorIterate {
   void gradient(const Vector& point, Vector& point_u, Vector& point_g) {
     amontons::evaluate(problem, law_of(problem, options), point, point_u, monitor);
     for_each_block(problem.K, [&](const auto& set, std::size_t, std::size_t row) {
-      add_saxce_term(set, law_of(problem, options), &point_u[row], &point_g[row]);
+      add_de_saxce_term(set, law_of(problem, options), &point_u[row], &point_g[row]);
     });
   }
   // 1/2 x'Ax + x'b, the correction (g - u) of the current iterate counted as part of b

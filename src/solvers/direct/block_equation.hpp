@@ -26,7 +26,7 @@ void linearise_natural(const S& set, Law law, double p, const double* x, const d
                        double* G, double* H) {
   constexpr int d = S::dim;
   double g[d], step[d], y[d];
-  add_saxce_term(set, law, u, g);
+  add_de_saxce_term(set, law, u, g);
   for (int k = 0; k < d; ++k) {
     step[k] = g[k] / p;
     y[k] = x[k] - step[k];
@@ -41,7 +41,7 @@ void linearise_natural(const S& set, Law law, double p, const double* x, const d
   // B = I + e_n s'(u)': the normal row of the De Saxce term's derivative.
   double slope[d] = {};
   if constexpr (S::frictional)
-    if (law == Law::coulomb) set.saxce_gradient(u, slope);
+    if (law == Law::coulomb) set.de_saxce_gradient(u, slope);
   for (int i = 0; i < d; ++i)
     for (int j = 0; j < d; ++j) {
       G[d * i + j] = (i == j) - Q[i][j];

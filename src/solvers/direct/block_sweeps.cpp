@@ -82,7 +82,7 @@ void BlockSweeps::sweep(std::vector<double>& x) {
     bool moved = false;
     for (int round = 0; round < (d == 1 ? 1 : direct::policy.projections); ++round) {
       double g[d];
-      add_saxce_term(set, law_, u, g);
+      add_de_saxce_term(set, law_, u, g);
       for (int i = 0; i < d; ++i) g[i] = x[row + i] - g[i] / bound_[block];
       set.project(g, next);
       for (int i = 0; i < d; ++i) {

@@ -51,7 +51,7 @@ double IslandSolver::natural_map(const std::vector<double>& x, const std::vector
   double sum = 0;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law_, &u[row], g);
+    add_de_saxce_term(set, law_, &u[row], g);
     sum += natural_map_squared(set, island_->P[block], &x[row], g);
   });
   return std::sqrt(sum);
@@ -189,7 +189,7 @@ bool IslandSolver::start_near() {
   double t = direct::policy.rounding;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
-    add_saxce_term(set, law_, &u_[row], g);
+    add_de_saxce_term(set, law_, &u_[row], g);
     t = std::max(t, std::sqrt(natural_map_squared(set, p_[block], &best_[row], g) / p_[block]) /
                         system_.units().of_x()[block]);
   });

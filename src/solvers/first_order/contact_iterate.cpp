@@ -45,12 +45,12 @@ struct ContactIterate::State {
   std::vector<double> moved, pushed;
   std::vector<std::uint32_t> held_line, first_held_line;
   // Constant during a solve: batches, rows, masses, compliance, b. `lines` changes within an iteration, u and
-  // x between iterations. y and u_y exist only for accelerated methods, saxce only under coulomb.
+  // x between iterations. y and u_y exist only for accelerated methods, de_saxce only under coulomb.
   LineArray<ContactBatch> batches;
   LineArray<ContactRows> contact_rows;
   LineArray<JointBatch> rows;
   LineArray<MassBatch> masses;
-  LineArray<double> compliance, lines, b, u, d, saxce, y, u_y;
+  LineArray<double> compliance, lines, b, u, d, de_saxce, y, u_y;
   std::array<LineArray<double>, 3> x;
   LineArray<PassSums> sums;
 
@@ -115,7 +115,7 @@ ContactIterate::State::State(const Problem& problem, Law law, unsigned threads, 
   for (LineArray<double>& buffer : x) buffer = LineArray<double>(size);
   // Arrays that the problem does not need are absent; the passes are compiled without them.
   if (stored) contact_rows = LineArray<ContactRows>(layout.batches());
-  if (coulomb) saxce = LineArray<double>(8 * layout.batches());
+  if (coulomb) de_saxce = LineArray<double>(8 * layout.batches());
   bool compliant = false;
   for (std::size_t i = 0; i < contacts; ++i) compliant = compliant || compliance_of(A, i) != 0;
   if (compliant) compliance = LineArray<double>(8 * layout.batches());
@@ -235,7 +235,7 @@ PassData ContactIterate::State::data() const {
           x[free_buffer()].data(),
           u.data(),
           d.data(),
-          saxce.data(),
+          de_saxce.data(),
           lines.data(),
           y.data(),
           u_y.data(),

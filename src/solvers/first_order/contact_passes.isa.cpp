@@ -115,7 +115,7 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
     const Vec3 n = load3(batch.normal, lane), x = load3((momentum ? data.y : data.x) + at);
     const Vec3 u = load3((momentum ? data.u_y : data.u) + at);
     Vec3 g = u;
-    if constexpr (coulomb) g = u + load(data.saxce + 8 * i + lane) * n;
+    if constexpr (coulomb) g = u + load(data.de_saxce + 8 * i + lane) * n;
     const Vec mu = load(batch.mu + lane), one = Vec{} + 1.0;
     if constexpr (momentum) {
       // In the metric p_t / aspect^2 replaces p_t along the normal.
@@ -212,7 +212,7 @@ AMONTONS_INLINE void for_each_step(const PassData& data, const Chunk& chunk, F f
 
 // x+ = x + lambda d, u+ = u + lambda A d, and the sums over s = x+ - x and y = g+ - g, where under coulomb
 //  y = lambda A d + (s(u+) - s(u)) n.
-// s(u) is not formed again: the direction read it from data.saxce, where s(u+) now replaces it.
+// s(u) is not formed again: the direction read it from data.de_saxce, where s(u+) now replaces it.
 template <bool coulomb>
 AMONTONS_INLINE void update_lanes(const PassData& data, const StepLanes& l, double lambda,
                                   LaneSums<3>& sums) {
@@ -225,11 +225,11 @@ AMONTONS_INLINE void update_lanes(const PassData& data, const StepLanes& l, doub
   store3(data.u + l.at, u);
   Vec3 g = u;
   if constexpr (coulomb) {
-    const Vec saxce = load(batch.mu + l.lane) * tangential_speed(u, l.n);
-    double* const old = data.saxce + 8 * l.batch + l.lane;
-    g = u + saxce * l.n;
-    y = y + (saxce - load(old)) * l.n;
-    store(old, saxce);
+    const Vec de_saxce = load(batch.mu + l.lane) * tangential_speed(u, l.n);
+    double* const old = data.de_saxce + 8 * l.batch + l.lane;
+    g = u + de_saxce * l.n;
+    y = y + (de_saxce - load(old)) * l.n;
+    store(old, de_saxce);
   }
   sums.v[0][l.part] += dot(s, y);
   sums.v[1][l.part] += load(batch.p_inverse + l.lane) * dot(y, y);
@@ -276,9 +276,9 @@ AMONTONS_INLINE void accelerate_lanes(const PassData& data, const StepLanes& l, 
   Vec3 g = u;
   if constexpr (coulomb) {
     const Vec mu = load(batch.mu + l.lane);
-    const Vec saxce = mu * tangential_speed(u, l.n);
-    g = u + saxce * l.n;
-    store(data.saxce + 8 * l.batch + l.lane, saxce);
+    const Vec de_saxce = mu * tangential_speed(u, l.n);
+    g = u + de_saxce * l.n;
+    store(data.de_saxce + 8 * l.batch + l.lane, de_saxce);
   }
   sums.v[0][l.part] += natural_map(batch, l.lane, x, g, l.n);
 }
@@ -324,9 +324,9 @@ PassSums refresh(const PassData& data, const Chunk& chunk) {
       store3(data.u + at, u);
       Vec3 g = u;
       if constexpr (coulomb) {
-        const Vec saxce = load(batch.mu + lane) * tangential_speed(u, n);
-        store(data.saxce + 8 * i + lane, saxce);
-        g = u + saxce * n;
+        const Vec de_saxce = load(batch.mu + lane) * tangential_speed(u, n);
+        store(data.de_saxce + 8 * i + lane, de_saxce);
+        g = u + de_saxce * n;
       }
       sums.v[0][part] += natural_map(batch, lane, x, g, n);
     }

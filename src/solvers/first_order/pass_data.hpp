@@ -59,7 +59,7 @@ struct Chunk {
 //
 //  x, x_next, y, u, u_y, d, b   24 doubles per batch (three components of eight lanes), then 8 per batch of
 //               rows
-//  saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
+//  de_saxce        mu |u_t| for the u of x, 8 per batch; coulomb only
 //  compliance   E, 8 per batch; null if all are zero
 //  lines        one line of 64 bytes per touched body: (linear, angular) and two unused doubles
 //  y, u_y       the extrapolated point and A y + b, of accelerated methods; null for the others
@@ -72,7 +72,7 @@ struct PassData {
   const JointBatch* joints;
   const MassBatch* masses;
   const double *compliance, *x, *b;
-  double *x_next, *u, *d, *saxce, *lines;
+  double *x_next, *u, *d, *de_saxce, *lines;
   double *y, *u_y;
   std::size_t joint_offset;  // offset of the joint rows in x, u, d, b
   bool coulomb, streaming;   // streaming: the arrays are far larger than the cache of a core

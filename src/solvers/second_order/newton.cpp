@@ -81,7 +81,7 @@ class NewtonStep {
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim], foot[S::dim];
       double* y = &y_[row];
-      add_saxce_term(set, law_, &u[row], g);
+      add_de_saxce_term(set, law_, &u[row], g);
       for (int k = 0; k < S::dim; ++k) y[k] = x[row + k] - g[k] / problem_.P[block];
       set.project(y, foot);
       for (int k = 0; k < S::dim; ++k) F_[row + k] = foot[k] - x[row + k];
@@ -117,7 +117,7 @@ class NewtonStep {
       for (int k = 0; k < S::dim; ++k) d[k] = Av_[row + k];
       if constexpr (S::frictional) {
         double slope[S::dim], more = 0;
-        set.saxce_gradient(&u[row], slope);
+        set.de_saxce_gradient(&u[row], slope);
         for (int k = 0; k < S::dim; ++k) more += slope[k] * d[k];
         d[0] += more;
       }

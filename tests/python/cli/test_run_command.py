@@ -115,7 +115,7 @@ def test_run_a_model(tmp_path, root):
         '<robot name="r"><wing/><link name="base"><inertial><mass value="1"/>'
         '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
     )
-    for option, motion in (("--fixed-base", "fixed"), ("--floating-base", "dynamic")):
+    for option, motion in (("--fixed-base", "static"), ("--floating-base", "dynamic")):
         run("run", urdf, option, "--duration", "0.01", "--save", saved)
         assert amontons.Simulation.load(saved).model.bodies[0].motion == motion
     assert amontons.Simulation.load(saved).model.unread[0].element == "<wing>"

@@ -69,7 +69,7 @@ def test_bodies_are_those_of_mujoco(arm):
             rotation_matrix(body.pose.rotation), d.xmat[i].reshape(3, 3), atol=ROUNDING
         )
     motions = dict(zip(model.body_names, (b.motion for b in model.bodies), strict=True))
-    assert {n for n, k in motions.items() if k == "fixed"} == {"table", "base"}
+    assert {n for n, k in motions.items() if k == "static"} == {"table", "base"}
     assert {n for n, k in motions.items() if k == "kinematic"} == {"target"}
     moving = [i for i in range(1, m.nbody) if m.body_weldid[i] and m.body_mocapid[i] < 0]
     assert model.total_mass == pytest.approx(m.body_mass[moving].sum(), rel=1e-13)

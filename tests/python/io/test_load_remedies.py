@@ -95,4 +95,4 @@ def test_mass_of_shapes_is_said(tmp_path):
     )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert amontons.load_model(path).bodies[0].motion == "fixed"
+        assert amontons.load_model(path).bodies[0].motion == "static"

@@ -173,7 +173,7 @@ def test_includes(tmp_path, monkeypatch):
     monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "models"))
     model = quiet(path)
     assert model.body_names == ("one::l", "two::l", "m::own", "m::l")
-    assert [body.motion for body in model.bodies] == ["dynamic", "fixed", "dynamic", "dynamic"]
+    assert [body.motion for body in model.bodies] == ["dynamic", "static", "dynamic", "dynamic"]
     np.testing.assert_allclose([place(model, n) for n in ("one::l", "m::l")], [(1, 0, 1), (0, 5, 1)])
     other = tmp_path / "other"
     other.mkdir()

@@ -105,20 +105,20 @@ def test_floating_base(tmp_path):
     assert free.joint_names == ("j",)
     assert free.bodies[0].motion == "dynamic"
     held = load_model(write(tmp_path, link("base"), *arm), floating_base=False)
-    assert held.bodies[0].motion == "fixed"
+    assert held.bodies[0].motion == "static"
     massless = write(tmp_path, link("base", ""), link("trunk"), joint("f", "fixed", "base", "trunk"))
-    assert [b.motion for b in load_model(massless, floating_base=False).bodies] == ["fixed", "fixed"]
+    assert [b.motion for b in load_model(massless, floating_base=False).bodies] == ["static", "static"]
     with pytest.warns(ModelWarning, match='"base" has no <inertial> and moves freely.*floating_base=False'):
         floating = load_model(massless)
     assert [(b.name, b.motion, b.mass) for b in floating.bodies] == [("base", "dynamic", 2.0)]
     nothing = write(tmp_path, link("base", ""), link("arm"), joint("j", "continuous", "base", "arm"))
-    assert [b.motion for b in load_model(nothing).bodies] == ["fixed", "dynamic"]
+    assert [b.motion for b in load_model(nothing).bodies] == ["static", "dynamic"]
     anchored = INERTIAL.replace('value="2"', 'value="0"')  # as Bullet fixes a base
     held = write(tmp_path, link("base", anchored), link("trunk"), joint("f", "fixed", "base", "trunk"))
-    assert [b.motion for b in load_model(held).bodies] == ["fixed", "fixed"]
+    assert [b.motion for b in load_model(held).bodies] == ["static", "static"]
     world = [link("world", ""), link("base"), joint("f", "fixed", "world", "base", '<origin xyz="0 0 1"/>')]
     model = load_model(write(tmp_path, *world, link("arm"), joint("j", "continuous", "base", "arm")))
-    assert [b.motion for b in model.bodies] == ["fixed", "dynamic"]
+    assert [b.motion for b in model.bodies] == ["static", "dynamic"]
     assert model.bodies[0].pose.position == (0, 0, 1)
     drone = write(tmp_path, link("world", ""), link("drone"), joint("f", "floating", "world", "drone"))
     assert load_model(drone).bodies[0].motion == "dynamic"
@@ -367,7 +367,7 @@ def test_no_moments_of_inertia(tmp_path):
     radius = (2 / (4 / 3 * math.pi * 1000)) ** (1 / 3)
     assert model.bodies[0].inertia[1][1] == pytest.approx(0.4 * 2 * radius**2)
     held = load_model(path, floating_base=False, strict=True)
-    assert held.bodies[0].motion == "fixed"
+    assert held.bodies[0].motion == "static"
 
 
 # Breaks when the error about a macro in a number does not say what to do.
@@ -420,7 +420,7 @@ def test_fixed_links_compose(tmp_path):
 def test_world_without_a_link(tmp_path):
     path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"))
     model = load_model(path)
-    assert [body.motion for body in model.bodies] == ["fixed"]
+    assert [body.motion for body in model.bodies] == ["static"]
     path = write(tmp_path, link("base"), joint("hold", "fixed", "world", "base"), "<joint/>")
     with pytest.raises(FileError, match=r"model\.urdf:4: <joint>: it has no name"):
         load_model(path)

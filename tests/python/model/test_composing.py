@@ -23,7 +23,7 @@ def machine() -> Model:
         None, shapes.Box((2, 2, 0.1)), position=(0, 0, -0.1), name="belt", surface_velocity=(0.3, 0.1, 0),
         material=Material(0.3, friction_across=0.1), friction_direction=(1, 0.2, 0),
     )  # fmt: skip
-    builder.add_body("post", motion="fixed", position=(0, 0, 0.5), shape=shapes.Sphere(0.05))
+    builder.add_body("post", motion="static", position=(0, 0, 0.5), shape=shapes.Sphere(0.05))
     builder.add_body("arm", position=(0.3, 0, 1), shape=shapes.Capsule(0.05, 0.2), density=500)
     builder.add_body(
         "fist", position=(0.6, 0, 1.2), orientation=axis_angle((1, 1, 0), 0.4), mass=1,
@@ -208,11 +208,11 @@ def test_a_tool_in_a_hand():
 # Breaks when what was fixed to the world of a model does not hold on to the body that takes its place: a base
 # with mass by a joint, one without as a part of it, joints and shapes of the world directly.
 @pytest.mark.parametrize("mass", [0.0, 2.0])
-@pytest.mark.parametrize("motion", ["dynamic", "kinematic", "fixed"])
+@pytest.mark.parametrize("motion", ["dynamic", "kinematic", "static"])
 def test_an_arm_on_a_cart(mass, motion):
     arm = ModelBuilder()
     solid = dict(mass=mass, inertia=(1, 1, 1)) if mass else {}
-    arm.add_body("base", motion="fixed", position=(0, 0, 0.1), **solid)
+    arm.add_body("base", motion="static", position=(0, 0, 0.1), **solid)
     arm.add_geom("base", shapes.Box((0.1, 0.1, 0.1)), name="foot", surface_velocity=(1, 0, 0))
     arm.add_geom(None, shapes.Sphere(0.01), position=(0, 0, 2), name="lamp")
     arm.add_body("link", position=(0.2, 0, 0.2), **STILL)
@@ -223,14 +223,14 @@ def test_an_arm_on_a_cart(mass, motion):
     cart(builder, motion)
     added = builder.add_model(arm.build(), parent="cart", position=(0, 0, 0.5), orientation=TURN)
     model = builder.build()
-    merged = not mass and motion != "fixed"
+    merged = not mass and motion != "static"
     assert added.bodies == ((0, 1, 2) if merged else (1, 2, 3))
-    assert ("base_mount" in model.joint_names) == (not merged and motion != "fixed")
+    assert ("base_mount" in model.joint_names) == (not merged and motion != "static")
     assert model.geoms[1].body == 0  # the lamp
     if merged:
         np.testing.assert_allclose(model.geoms[0].surface_velocity, rotate(TURN, (1, 0, 0)))
     simulation = Simulation(model)
-    if motion != "fixed":
+    if motion != "static":
         simulation.state.linear_velocities[0] = (1, 2, 0)
         simulation.state.angular_velocities[0] = (0, 0, 1)
     report = simulation.run(0.5)
@@ -247,7 +247,7 @@ def test_an_arm_on_a_cart(mass, motion):
 def test_an_object_on_a_table():
     builder = ModelBuilder()
     builder.add_floor()
-    builder.add_body("table", motion="fixed", position=(1, 0, 0.4), shape=shapes.Box((0.5, 0.5, 0.3)))
+    builder.add_body("table", motion="static", position=(1, 0, 0.4), shape=shapes.Box((0.5, 0.5, 0.3)))
     cube = ModelBuilder()
     cube.add_body("cube", shape=shapes.Box((0.1, 0.1, 0.1)), density=300, position=(0, 0, 7))
     cube.add_geom("cube", shapes.Sphere(3), category=0, mask=0)  # only to be seen

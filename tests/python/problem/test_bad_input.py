@@ -94,7 +94,10 @@ def test_matrix_vector_and_cones(arguments, message):
         ({"mu": 0.3, "cones": "bilateral"}, "mu is given but no cone is a friction cone; drop mu or"),
         ({"mu": 0.3, "cones": [amontons.vi.Friction(0.3)]}, "mu is given twice"),
         ({"law": "newton"}, "unknown law 'newton'; known are associated, coulomb"),
-        ({"law": "convex"}, r"unknown law 'convex' \(here it is called 'associated'\); known are associated"),
+        (
+            {"law": "relaxed"},
+            r"unknown law 'relaxed' \(here it is called 'associated'\)",
+        ),
         ({"method": "simplex"}, "unknown method 'simplex'; known are auto, .*p-spg-fb.*interior-point"),
         ({"method": None}, "unknown method None"),
         ({"method": "cg"}, "cg.*bilateral"),

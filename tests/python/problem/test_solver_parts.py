@@ -167,7 +167,7 @@ def test_natural_map(law):
 # Breaks when the name of earlier versions is only missing.
 def test_name_that_changed():
     problem, _ = random_problem([CONES["rolling"]])
-    with pytest.raises(AttributeError, match=r"^problem.saxce is now problem.de_saxce$"):
+    with pytest.raises(AttributeError, match=r"^Problem.saxce is now Problem.de_saxce$"):
         problem.saxce  # noqa: B018
     with pytest.raises(AttributeError, match=r"no attribute 'natural_mop' \(did you mean 'natural_map'\?\)"):
         problem.natural_mop  # noqa: B018

@@ -356,12 +356,12 @@ def test_where_there_is_none():
     assert border.margin < 1e-4
 
 
-# Breaks when play that is closed is no face: a shaft that rests in its bearing swings as a pendulum of the
-# length of the play, x'' = -g x / play, and the normal is that where the shaft would be after the step.
+# Breaks when a closed clearance is not a face: a shaft that rests in its bearing swings as a pendulum of the
+# length of the clearance, x'' = -g x / clearance. The normal is that at the shaft's place after the step.
 def test_a_journal_in_its_bearing():
     builder = ModelBuilder(gravity=(0, -9.81, 0))
     builder.add_body("shaft", mass=2, inertia=(0.01,) * 3)
-    builder.add_revolute_joint("shaft", point=(0, 0, 0), axis=(0, 0, 1), play=1e-3, name="pin")
+    builder.add_revolute_joint("shaft", point=(0, 0, 0), axis=(0, 0, 1), clearance=1e-3, name="pin")
     sim = Simulation(builder.build(), dt=2e-3)
     sim.run(0.2)
     found = sim.derivative()
@@ -403,9 +403,9 @@ def test_regulator_of_a_standing_robot(root):
     sim.run(1.5, before_step=hold)
     stance, effort = sim.q, sim.controls.copy()
     with pytest.warns(amontons.StepWarning, match="differences to both sides disagree"):
-        assert sim.linearise().kinks
+        assert sim.linearise().nonsmooth
     linear = sim.linearise(contacts="held")
-    assert not linear.kinks
+    assert not linear.nonsmooth
     A, B, nv = linear.A, linear.B, model.nv
     cost = np.diag(np.repeat([100.0, 1.0], nv))
     P = cost

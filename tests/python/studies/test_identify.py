@@ -135,7 +135,7 @@ def test_slopes_beside_jumps():
 def test_without_influence(motion):
     with pytest.warns(ModelWarning, match="no influence on the motion: friction:upper"):
         fit = identify(arm(), motion, ["friction:upper", "damping:elbow"])
-    assert fit.unseen == ("friction:upper",)
+    assert fit.not_identifiable == ("friction:upper",)
     assert fit["friction:upper"] == arm().geoms[0].material.friction
     assert fit.deviations[0] == np.inf
 

@@ -29,8 +29,8 @@ struct JointError {
 JointError joint_error(const Model& model, const BodyFrames& bodies, const State& state);
 JointError joint_error(const Model& model, std::span<const JointContext> joints);
 
-// Largest violation of rigid couplings, of the limits of tendons and of the play of joints (m); angles count
-// times Model::length().
+// Largest violation of rigid couplings, of the limits of tendons and of the clearance of joints (m); angles
+// count times Model::length().
 double line_error(const Model& model, const BodyFrames& bodies, const State& state);
 
 // Whether spring_energy() can be nonzero.

@@ -21,8 +21,8 @@ enum class RowKind : unsigned char {
   coupling,
   tendon,
   actuator,
-  rub,   // of a tendon on a pulley: `joint` is the index in State::rub_impulses
-  play,  // of a journal in its bearing or a slider in its guide
+  rub,        // of a tendon on a pulley: `joint` is the index in State::rub_impulses
+  clearance,  // of a journal in its bearing or a slider in its guide
 };
 // Place of the impulse of a row in the state.
 struct RowTag {

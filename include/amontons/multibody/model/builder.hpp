@@ -54,11 +54,11 @@ struct NewJoint {
   double compliance = 0;  // of the locked directions, m/N; 0: rigid
   bool collide = false;   // whether the two bodies may touch
 
-  // The play of a revolute or prismatic joint, as in Joint; 0: none. A joint with play has three degrees of
-  // freedom; the one along or about the axis takes `dof`. A slider tilts in the plane with the normal
-  // play_normal.
-  double play = 0, play_length = 0, journal_radius = 0, play_friction = 0;
-  Vec3 play_normal{};
+  // The clearance of a revolute or prismatic joint, as in Joint; 0: none. A joint with clearance has three
+  // degrees of freedom; the one along or about the axis takes `dof`. A slider tilts in the plane with the
+  // normal guide_normal.
+  double clearance = 0, guide_length = 0, journal_radius = 0, clearance_friction = 0;
+  Vec3 guide_normal{};
 };
 
 // A rod keeps the distance of a point of A and a point of B (initial, in the world) at `length` (m) or at the

@@ -19,7 +19,7 @@ namespace amontons {
 enum class Motion : unsigned char {
   dynamic,    // moved by forces and impulses
   kinematic,  // moves with the velocity in the state; forces do not change it
-  fixed,      // does not move
+  still,      // does not move; "static" in files and in Python
 };
 
 // A rigid body: a frame for its geoms and joints, and its mass.
@@ -178,7 +178,7 @@ inline constexpr auto fields<ModelDescription> = std::tuple(
     Field{"keyframes", &ModelDescription::keyframes}, Field{"unread", &ModelDescription::unread});
 template <>
 inline constexpr auto values_of<Motion> = std::array{
-    Named{"dynamic", Motion::dynamic}, Named{"kinematic", Motion::kinematic}, Named{"fixed", Motion::fixed}};
+    Named{"dynamic", Motion::dynamic}, Named{"kinematic", Motion::kinematic}, Named{"static", Motion::still}};
 template <>
 inline constexpr auto values_of<FrictionRule> =
     std::array{Named{"geometric_mean", FrictionRule::geometric_mean}, Named{"maximum", FrictionRule::maximum},

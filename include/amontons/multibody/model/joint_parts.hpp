@@ -85,10 +85,10 @@ struct Joint {
   // A condition between bodies that other joints place. Its dofs are never generalised coordinates.
   bool closes_loop = false;
   // Radial clearance (m) of a journal in its bearing, for a chain of two slides and a hinge about their
-  // normal; 0: none. With play_length (m) > 0 the play is that of a slider on the first slide, at both of its
-  // ends.
-  double play = 0, play_length = 0;
-  double journal_radius = 0, play_friction = 0;  // lever of the friction of a journal, m; mu
+  // normal; 0: none. With guide_length (m) > 0 the clearance is that of a slider on the first slide, at both
+  // of its ends.
+  double clearance = 0, guide_length = 0;
+  double journal_radius = 0, clearance_friction = 0;  // lever of the friction of a journal, m; mu
   Index link_a = -1, link_b = -1;  // the parts of the bodies that it holds, indices of links; -1: none
 };
 
@@ -135,10 +135,10 @@ inline constexpr auto fields<Joint> = std::tuple(
     Field{"ball_armature", &Joint::ball_armature}, Field{"ball_friction", &Joint::ball_friction},
     Field{"ball_limit", &Joint::ball_limit}, Field{"lower_distance", &Joint::lower_distance},
     Field{"upper_distance", &Joint::upper_distance}, Field{"compliance", &Joint::compliance},
-    Field{"collide", &Joint::collide}, Field{"closes_loop", &Joint::closes_loop}, Field{"play", &Joint::play},
-    Field{"play_length", &Joint::play_length}, Field{"journal_radius", &Joint::journal_radius},
-    Field{"play_friction", &Joint::play_friction}, Field{"link_a", &Joint::link_a},
-    Field{"link_b", &Joint::link_b});
+    Field{"collide", &Joint::collide}, Field{"closes_loop", &Joint::closes_loop},
+    Field{"clearance", &Joint::clearance}, Field{"guide_length", &Joint::guide_length},
+    Field{"journal_radius", &Joint::journal_radius}, Field{"clearance_friction", &Joint::clearance_friction},
+    Field{"link_a", &Joint::link_a}, Field{"link_b", &Joint::link_b});
 template <>
 inline constexpr auto fields<Coupling> =
     std::tuple(Field{"name", &Coupling::name}, Field{"joint_a", &Coupling::joint_a},

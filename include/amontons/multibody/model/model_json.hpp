@@ -11,7 +11,7 @@ namespace amontons {
 
 // The version of files that are written. A reader refuses a later one; a file without a version is of the
 // first.
-constexpr int model_json_version = 1;
+constexpr int model_json_version = 2;
 
 // The description in the text; a Model made of it checks it. Throws InputError that begins with `who` and
 // names the place: line and column if the text is not JSON, otherwise the field, as in

@@ -47,7 +47,7 @@ class PlainIterate {
       double g[S::dim], trial[S::dim], dg = 0, dd = 0;
       const double *x = &x_[now_][row], p = problem_.P[block];
       double* d = &d_[row];
-      add_saxce_term(set, law_, &u_[row], g);
+      add_de_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) trial[k] = x[k] - alpha * g[k] / p;
       set.project(trial, d);
       for (int k = 0; k < S::dim; ++k) {
@@ -79,12 +79,12 @@ class PlainIterate {
       // without it the spectral step would be that of another function. Both g come from u before and after,
       // in one sweep.
       double g[S::dim], g_next[S::dim], sy = 0, yy = 0;
-      add_saxce_term(set, law_, &u_[row], g);
+      add_de_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) {
         next[row + k] = x_[now_][row + k] + lambda * d_[row + k];
         u_[row + k] += lambda * q_[row + k];
       }
-      add_saxce_term(set, law_, &u_[row], g_next);
+      add_de_saxce_term(set, law_, &u_[row], g_next);
       for (int k = 0; k < S::dim; ++k) {
         const double y = g_next[k] - g[k];
         sy += lambda * d_[row + k] * y;
@@ -113,7 +113,7 @@ class PlainIterate {
       const double *y = &y_[row], *x = &x_[now_][row];
       double* d = &d_[row];
       const BlockMetric& P = metrics_[block];
-      add_saxce_term(set, law_, &u_[row], g);
+      add_de_saxce_term(set, law_, &u_[row], g);
       for (int k = 0; k < S::dim; ++k) g[k] = y[k] - alpha * (g[k] + (u_y_[row + k] - u_[row + k])) / P[k];
       project_in(P, set, g, d);
       for (int k = 0; k < S::dim; ++k) {
@@ -174,7 +174,7 @@ class PlainIterate {
     double sum = 0;
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
       double g[S::dim];
-      add_saxce_term(set, law_, &u_[row], g);
+      add_de_saxce_term(set, law_, &u_[row], g);
       sum += natural_map_squared(set, problem_.P[block], &x_[now_][row], g);
     });
     return sum;

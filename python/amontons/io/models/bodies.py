@@ -39,7 +39,7 @@ class Bodies:
 
     def is_static(self, mujoco_body: int) -> bool:
         index = self.at(mujoco_body)
-        return index == WORLD or self.bodies[index].motion == "fixed"
+        return index == WORLD or self.bodies[index].motion == "static"
 
 
 def read_bodies(compiled: Compiled) -> Bodies:
@@ -123,7 +123,7 @@ def _motion(compiled: Compiled, body: int) -> str:
     m = compiled.model
     if m.body_mocapid[body] >= 0:
         return "kinematic"
-    return "fixed" if m.body_weldid[body] == 0 else "dynamic"
+    return "static" if m.body_weldid[body] == 0 else "dynamic"
 
 
 def _mass_properties(compiled: Compiled, body: int) -> MassProperties:

@@ -35,7 +35,7 @@ def with_parts(model: Model, issues: Issues, error: bool | float) -> tuple[Model
         if error is False:
             issues.add(dent.where, dent.what, dent.effect)
             continue
-        if geom.body == WORLD or model.bodies[geom.body].motion == "fixed":
+        if geom.body == WORLD or model.bodies[geom.body].motion == "static":
             parts[k] = (dent.mesh,)
             continue
         depth = _error(dent.mesh, error)

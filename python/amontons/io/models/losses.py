@@ -37,7 +37,7 @@ class Lost:
 
 
 def laws_lost(model: Model, *, static: bool) -> list[Lost]:
-    """Laws that a format has no words for: play, backlash, ropes that rub, static friction of joints.
+    """Laws that a format has no words for: clearance, backlash, ropes that rub, static friction of joints.
 
     static: whether it has the static friction of surfaces, though not Stribeck's curve.
     """
@@ -52,8 +52,8 @@ def laws_lost(model: Model, *, static: bool) -> list[Lost]:
     for joint in model.joints:
         if any(dof.friction_static is not None for dof in joint.dofs):
             lost.append(Lost(f'joint "{joint.name}"', "its static friction", "small"))
-        if joint.play:
-            lost.append(Lost(f'joint "{joint.name}"', "the bearing or guide of its play", "large"))
+        if joint.clearance:
+            lost.append(Lost(f'joint "{joint.name}"', "the bearing or guide of its clearance", "large"))
     for coupling in model.couplings:
         if coupling.backlash:
             lost.append(Lost(f'coupling "{coupling.name}"', "its backlash", "small"))

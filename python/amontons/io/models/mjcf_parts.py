@@ -131,7 +131,7 @@ def _matrix(values: np.ndarray) -> Matrix3:
 
 def nested(trees: Trees) -> list[Branch]:
     """The branches; fixed bodies stand in fixed ones where the order from top to bottom asks for it."""
-    fixed = {k for k, body in enumerate(trees.model.bodies) if body.motion == "fixed"}
+    fixed = {k for k, body in enumerate(trees.model.bodies) if body.motion == "static"}
     top = {branch.body: branch.body for branch in trees.branches}
     last = dict(top)
     for branch in trees.branches:

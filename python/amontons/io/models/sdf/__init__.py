@@ -229,9 +229,9 @@ class _Building:
             self._bodies(inner)
 
     def _body(self, scope: Scope, name: str, e: Element) -> int:
-        motion = "fixed" if scope.static else "kinematic" if flag(e, "kinematic") else "dynamic"
+        motion = "static" if scope.static else "kinematic" if flag(e, "kinematic") else "dynamic"
         place = scope.in_world(name, e)
-        solid = NOTHING if motion == "fixed" else self._mass(scope, name, e, place)
+        solid = NOTHING if motion == "static" else self._mass(scope, name, e, place)
         body = self.builder.add_body(
             scope.prefix + name,
             position=place.position,

@@ -52,7 +52,7 @@ class Joints:
         (child, child_pose), (parent, parent_pose) = ends
         if child == parent:
             raise FileError(f"{element.place}: {element} joins a link to itself")
-        static = [end == WORLD or self.builder._bodies[end].motion == "fixed" for end in (child, parent)]
+        static = [end == WORLD or self.builder._bodies[end].motion == "static" for end in (child, parent)]
         if all(static):
             return
         frame = scope.element_pose(element, text(element, "child"))

@@ -95,7 +95,7 @@ class Joints:
         self.made[str(prim.GetPath())] = index, {key: k for k, key in enumerate(dofs)}
 
     def _static(self, body: int) -> bool:
-        return body == WORLD or self.builder._bodies[body].motion == "fixed"
+        return body == WORLD or self.builder._bodies[body].motion == "static"
 
     def _end(self, prim: Any, number: int) -> tuple[int, Transform]:
         """The body and the frame in it of one end; without a body it is the world."""

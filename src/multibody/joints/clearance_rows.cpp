@@ -1,15 +1,15 @@
-// Play in a joint. Its coordinates are two slides x, y in the frame of B and the turn of A about their
+// Clearance in a joint. Its coordinates are two slides x, y in the frame of B and the turn of A about their
 // normal. Each side that may touch is a contact with friction in the plane of the slides, on rows of these
 // coordinates.
 //
-// Journal (radius R) in a bearing of radius R + play: the gap along a direction n is play - <n, (x, y)>. The
-// disc of allowed places is convex, so that a half-plane normal to any n contains it. n points to where the
-// journal would be after the step with its velocity at the start: a journal at rest presses along (x, y). The
-// journal touches at R n from its centre, where its surface slips with <t, (x', y')> + R turn'.
+// Journal (radius R) in a bearing of radius R + clearance: the gap along a direction n is clearance - <n, (x,
+// y)>. The disc of allowed places is convex, so that a half-plane normal to any n contains it. n points to
+// where the journal would be after the step with its velocity at the start: a journal at rest presses along
+// (x, y). The journal touches at R n from its centre, where its surface slips with <t, (x', y')> + R turn'.
 //
-// Slider of a length l in a guide of its height plus twice the play: the corners at +-l/2 have the offset
-// y +- l/2 sin(turn), and may touch either side. They slip along x.
-#include "multibody/joints/play_rows.hpp"
+// Slider of a length l in a guide of its height plus twice the clearance: the corners at +-l/2 have the
+// offset y +- l/2 sin(turn), and may touch either side. They slip along x.
+#include "multibody/joints/clearance_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,29 +43,29 @@ void append_side(const RowInput& in, const JointContext& joint, double gap, cons
   if (!within_reach(gap, speed, in.options)) return;
   // The impulse of the last step may have been on another side, and is a start only.
   const auto block = [&](const Screw& w, const RowTerms& terms) {
-    RowTag tag{RowKind::play, joint.index, -1};
+    RowTag tag{RowKind::clearance, joint.index, -1};
     tag.force = w.linear;
     tag.torque = w.angular + cross(joint.arm, w.linear);
     return BlockRow{joint_row(joint, w), terms, 0, tag};
   };
   const RowTerms touching{0, closing(gap, in.options), Restraint::inequality, gap};
   const BlockRow first = block(press, touching);
-  if (!(joint.joint->play_friction > 0))
+  if (!(joint.joint->clearance_friction > 0))
     return rows.append(NonNegative{}, first.row, first.terms, first.start, first.tag);
-  rows.append_block(PlanarFriction{joint.joint->play_friction}, {first, block(slip, {0, 0})});
+  rows.append_block(PlanarFriction{joint.joint->clearance_friction}, {first, block(slip, {0, 0})});
 }
 
 }  // namespace
 
-void append_play_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
+void append_clearance_rows(const RowInput& in, const JointContext& joint, JointRows& rows) {
   const Joint& made = *joint.joint;
   const std::span<const double> q = coordinates_of(in.model, in.state, joint.index);
   // A tilted slider touches with two corners, diagonally; a straight one with both of a side.
-  if (made.play_length > 0) {
-    const double arm = 0.5 * made.play_length, sine = elementary::sin(q[2]), cosine = elementary::cos(q[2]);
+  if (made.guide_length > 0) {
+    const double arm = 0.5 * made.guide_length, sine = elementary::sin(q[2]), cosine = elementary::cos(q[2]);
     for (const double end : {1.0, -1.0})
       for (const double side : {1.0, -1.0})
-        append_side(in, joint, made.play - side * (q[1] + end * arm * sine),
+        append_side(in, joint, made.clearance - side * (q[1] + end * arm * sine),
                     combined(joint, 0, -side, -side * end * arm * cosine), combined(joint, 1, 0, 0), rows);
     return;
   }
@@ -81,7 +81,7 @@ void append_play_rows(const RowInput& in, const JointContext& joint, JointRows& 
   }
   x /= size;
   y /= size;
-  append_side(in, joint, made.play - (x * q[0] + y * q[1]), combined(joint, -x, -y, 0),
+  append_side(in, joint, made.clearance - (x * q[0] + y * q[1]), combined(joint, -x, -y, 0),
               combined(joint, -y, x, made.journal_radius), rows);
 }
 

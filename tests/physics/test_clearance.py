@@ -1,4 +1,4 @@
-"""Play in joints and between gears beside closed forms."""
+"""Clearance in joints and between gears beside closed forms."""
 
 import math
 import os
@@ -14,18 +14,25 @@ G = 10.0
 Z = (0, 0, 1)
 
 
-def journal(mass=2.0, play=0.05, radius=0.1, friction=1.0, dt=1e-4, **options):
+def journal(mass=2.0, clearance=0.05, radius=0.1, friction=1.0, dt=1e-4, **options):
     builder = ModelBuilder(gravity=(0, -G, 0))
     inertia = 0.5 * mass * radius**2
     body = builder.add_body("shaft", mass=mass, inertia=(inertia,) * 3)
     builder.add_revolute_joint(
-        body, point=(0, 0, 0), axis=Z, play=play, journal_radius=radius, play_friction=friction, **options
+        body,
+        point=(0, 0, 0),
+        axis=Z,
+        clearance=clearance,
+        journal_radius=radius,
+        clearance_friction=friction,
+        **options,
     )
     return Simulation(builder.build(), dt=dt, tolerance=1e-12)
 
 
-# A journal that rolls in its bearing is a pendulum of the length play (1 + I / (m R^2)). Breaks if the lever
-# of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length `play`.
+# A journal that rolls in its bearing is a pendulum of the length clearance (1 + I / (m R^2)). Breaks if the
+# lever of the friction, the normal or the sign of the turn is wrong: a sliding journal has the length
+# `clearance`.
 def test_a_journal_rolls_in_its_bearing():
     sim = journal()
     start = 0.05
@@ -35,7 +42,7 @@ def test_a_journal_rolls_in_its_bearing():
     while sim.q[0] > 0:
         sim.step()
     assert sim.time == pytest.approx(quarter, rel=3e-3)
-    # It rolls: play times the angle of its centre is -R times its turn.
+    # It rolls: clearance times the angle of its centre is -R times its turn.
     assert -0.1 * sim.q[2] == pytest.approx(-0.05 * start, rel=1e-2)
     assert math.hypot(sim.q[0], sim.q[1]) == pytest.approx(0.05, rel=1e-4)
 
@@ -44,7 +51,7 @@ def test_a_journal_rolls_in_its_bearing():
 # friction, with the torque W R mu / sqrt(1 + mu^2).
 def test_friction_circle_of_a_turning_journal():
     mu = 0.3
-    sim = journal(friction=mu, dt=1e-3, play=1e-3, motor=Motor("velocity", control=5.0))
+    sim = journal(friction=mu, dt=1e-3, clearance=1e-3, motor=Motor("velocity", control=5.0))
     share = mu / math.hypot(1, mu)
     # Nothing damps its swing about that place. So it starts there, and would leave another one.
     sim.q = [-1e-3 * share, -1e-3 * math.sqrt(1 - share**2), 0]
@@ -56,19 +63,19 @@ def test_friction_circle_of_a_turning_journal():
     assert abs(x) / math.hypot(x, y) == pytest.approx(share, rel=1e-3)
 
 
-# Breaks if play without contact puts a force on the shaft.
-def test_a_journal_falls_freely_through_its_play():
+# Breaks if clearance without contact puts a force on the shaft.
+def test_a_journal_falls_freely_through_its_clearance():
     sim = journal(dt=1e-3)
     sim.run(0.05)
     assert sim.state.linear_velocities[0] == pytest.approx([0, -G * 0.05, 0], rel=1e-9)
 
 
-# A slider falls through its play, and friction in the guide takes mu g t from its speed: impacts included.
+# A slider falls through its clearance. Friction in the guide takes mu g t from its speed, impacts included.
 def test_a_slider_in_its_guide():
     builder = ModelBuilder(gravity=(0, -G, 0))
     body = builder.add_body("slider", mass=1, inertia=(1e-3,) * 3)
     builder.add_prismatic_joint(
-        body, axis=(1, 0, 0), play=1e-3, play_length=0.1, play_normal=Z, play_friction=0.2
+        body, axis=(1, 0, 0), clearance=1e-3, guide_length=0.1, guide_normal=Z, clearance_friction=0.2
     )
     sim = Simulation(builder.build(), dt=1e-3, tolerance=1e-12)
     sim.qd = [1.0, 0, 0]
@@ -106,7 +113,7 @@ def test_gear_rattle_keeps_momentum():
 
 
 def damper(friction, backlash, dt):
-    """A rod that a motor moves, and a band with dry friction that it takes along with play."""
+    """A rod that a motor moves, and a band with dry friction that it takes along with clearance."""
     builder = ModelBuilder(gravity=(0, 0, 0))
     for name in ("rod", "band"):
         builder.add_body(name, mass=1, inertia=(1, 1, 1))
@@ -165,22 +172,22 @@ def made(builder, make):
     ("make", "message"),
     [
         (
-            lambda b: b.add_prismatic_joint("a", axis=(1, 0, 0), play=1e-3),
-            "play needs play_length > 0 and play_normal",
+            lambda b: b.add_prismatic_joint("a", axis=(1, 0, 0), clearance=1e-3),
+            "clearance needs guide_length > 0 and guide_normal",
         ),
         (
             lambda b: b.add_prismatic_joint(
-                "a", axis=(1, 0, 0), play=1e-3, play_length=1, play_normal=(1, 0, 0)
+                "a", axis=(1, 0, 0), clearance=1e-3, guide_length=1, guide_normal=(1, 0, 0)
             ),
-            "play_normal is not normal to the axis",
+            "guide_normal is not normal to the axis",
         ),
         (
-            lambda b: b.add_revolute_joint("a", point=(0, 0, 0), axis=Z, play=-1),
-            "play must be finite and not negative",
+            lambda b: b.add_revolute_joint("a", point=(0, 0, 0), axis=Z, clearance=-1),
+            "clearance must be finite and not negative",
         ),
     ],
 )  # fmt: skip
-def test_wrong_play(make, message):
+def test_wrong_clearance(make, message):
     builder = ModelBuilder()
     builder.add_body("a", mass=1, inertia=(1, 1, 1))
     with pytest.raises(InputError, match=message):
