@@ -129,7 +129,7 @@ def test_doctor_tells_what_is_missing(monkeypatch):
         ("amontons scenes four", {"four_bar"}),
         ("amontons run wall --meth", {"--method"}),
         ("amontons run wall --method ap", {"apgd"}),
-        ("amontons solve x --law c", {"coulomb"}),
+        ("amontons solve x --law c", {"convex", "coulomb"}),
         (f"amontons info {EXAMPLES.parent}/prob", {f"{EXAMPLES}/"}),
         (f"amontons info {EXAMPLES}/pla", {PLATES}),
         (f"amontons sweep {EXAMPLES.parent}/studies/a", {f"{EXAMPLES.parent}/studies/arch.toml"}),

@@ -1,9 +1,12 @@
 """The search for pairs on a device, against that of the host: the same pairs, and the same bits of a step."""
 
+from collections import Counter
+
 import amontons
 import numpy as np
 import pytest
 from amontons import _core
+from amontons.device import pairs
 from amontons.device.pairs import PairFinder, level_sizes
 from amontons.simulation import options
 from device_problems import DEVICE, open_groups, pocl
@@ -89,6 +92,41 @@ def test_buffers_stay(host):
     for name in ("513 equal balls", "4097 equal balls", "8 equal balls", "balls and boxes"):
         compare(finder, name)
     assert len(finder._idle) == 1
+
+
+class Counting:
+    """A backend whose calls are counted by name."""
+
+    def __init__(self, held):
+        self.held, self.calls = held, Counter()
+
+    def __getattr__(self, name):
+        found = getattr(self.held, name)
+
+        def call(*arguments):
+            self.calls[name] += 1
+            return found(*arguments)
+
+        return call if callable(found) else found
+
+
+# Breaks when a search launches or reads more often than docs/device.md says.
+def test_round_trips(host):
+    counting = Counting(host)
+    lower, upper, fixed, radius = cloud(4096)  # 512 = 8^3 groups
+    _core.broad_phase(lower, upper, fixed, radius, _core.PairSearch(PairFinder(counting).find, 1))
+    assert (counting.calls["launch"], counting.calls["download"]) == (3 + 3, 2)
+
+
+# Breaks when more pairs than a kernel can count are written over each other, or a search that fails spoils
+# the next one.
+def test_too_many_pairs(host, monkeypatch):
+    finder = PairFinder(host)
+    with monkeypatch.context() as patch:
+        patch.setattr(pairs, "MOST_PAIRS", 100)
+        with pytest.raises(amontons.InputError, match=r'device "host" .* memory'):
+            compare(finder, "513 equal balls")
+    compare(finder, "513 equal balls")
 
 
 # Breaks when the clouds above reach no tree of several levels, or no pair that a ball rejects.

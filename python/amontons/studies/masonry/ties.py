@@ -67,8 +67,8 @@ def _require_rigid(joint: Joint) -> None:
         )
     if any(dof.motor.kind != "none" for dof in joint.dofs):
         raise InputError(f"{who} has a motor; fix it by add_fixed_joint, free it, or ask a Simulation")
-    if joint.play:
-        raise InputError(f"{who} has play; give it none, or ask a Simulation")
+    if joint.clearance:
+        raise InputError(f"{who} has a clearance; give it none, or ask a Simulation")
 
 
 def _of_joint(model: Model, joint: Joint) -> list[Tie]:
