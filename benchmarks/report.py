@@ -419,7 +419,7 @@ def numbers(r: Results, benchmarks: str, engines: str) -> str:
     lines = [
         f"**{creep} mm/s** creep of a cube at 0.99 of the angle at which it slides; MuJoCo, defaults:"
         f" {theirs} mm/s ([engines]({engines}))",
-        f"**{step} µs** per step of a standing robot with four legs; MuJoCo, defaults: {their_step} µs"
+        f"**{step} µs** per step of a robot with four legs that falls; MuJoCo, defaults: {their_step} µs"
         f" ([engines]({engines}); measured with {versions}, {beside[SLOPE, OURS]['date']})",
         f"**{1e3 * float(wall['step']):.0f} ms** per step of {1e3 * float(wall['dt']):.0f} ms of a wall of"
         f" 750 bricks under impact, {float(wall['contacts']):.0f} contacts, on one core, to a residual of"
