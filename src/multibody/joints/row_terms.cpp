@@ -74,7 +74,9 @@ void append_equality(const RowInput& in, const JacobianRow& row, double error, d
                      const RowTag& tag, JointRows& rows) {
   const double inverse_mass =
       in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
-  rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, in.options), last, tag);
+  JointOptions options = in.options;
+  if (in.bodies.trees) options.recovery_speed = options.closing_speed;
+  rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, options), last, tag);
 }
 
 void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,

@@ -210,6 +210,9 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
     rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
     p = displacements(in, rest, rows, time, elimination, sums);
     if (p.empty()) return false;
+    // Joints demand all of theirs. The next steps remove what a large turn leaves.
+    if (const double part = step::policy.largest_turn / (h * turning(p)); part < 1)
+      for (BodyVelocity& body : p) body = {part * body.linear, part * body.angular};
   }
   stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
