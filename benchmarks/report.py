@@ -2,9 +2,8 @@
 
     python benchmarks/report.py FOLDER [--docs]
 
-Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md,
-choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in
-sentences beside other engines.
+Prints what was wanted and reached. --docs renews the parts between markers (`documents`), and the numbers in
+sentences that a comment follows: `FIGURE` of beside.csv, `CELL` of any table.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from statistics import linear_regression, median
@@ -386,23 +385,41 @@ def profile_table(r: Results) -> str:
 
 FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+); ([^;]+); (\w+) -->")
 """A number, its unit, and a comment with scene, engine and column of beside.csv that it is taken from."""
+CELL = re.compile(r"(\S+) <!-- (\w+)\.csv: ([^;>]*); (least|most|median|count)(?: ([^>]+?))? -->")
+"""A number, and a comment with the table that it is taken from, KEY=VALUE, ... of the rows, and which of
+their values is shown, by a Spec; or how many rows there are."""
 UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "um": 1e6, "m": 1.0}
 SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
 OURS, OTHER = "amontons, 1e-6", "MuJoCo"
 
 
-def with_figures(text: str, rows: Rows) -> str:
-    """The text with the numbers before such comments as they are in the rows, at the time step of the
-    scene."""
-    known = {(r["scene"], r["engine"]): r for r in rows if r["steps_per_dt"] == "1"}
+def with_figures(text: str, r: Results) -> str:
+    """The text with the numbers before such comments as they are in the tables; those of beside.csv are at
+    the time step of the scene."""
+    known = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
 
-    def renewed(found: re.Match[str]) -> str:
+    def figure(found: re.Match[str]) -> str:
         _, unit, scene, engine, column = found.groups()
         value = digits(known[scene, engine][column], UNITS[unit])
         return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
 
-    return FIGURE.sub(renewed, text)
+    def cell_of(found: re.Match[str]) -> str:
+        number, name, keys, which, spec = found.groups()
+        return f"{chosen(r[name], keys, which, spec)}{found.group()[len(number) :]}"
+
+    return CELL.sub(cell_of, FIGURE.sub(figure, text))
+
+
+def chosen(rows: Rows, keys: str, which: str, spec: str | None) -> str:
+    """The least, the most or the (lower) median value of the rows that have these values, or their number."""
+    wanted = dict(key.split("=", 1) for key in keys.split(", ") if key)
+    rows = [row for row in rows if all(row[key] == value for key, value in wanted.items())]
+    if which == "count" or spec is None:
+        return f"{len(rows)}"
+    rows = sorted((row for row in rows if row[spec.split()[0]]), key=lambda row: float(row[spec.split()[0]]))
+    place = {"least": 0, "median": (len(rows) - 1) // 2, "most": -1}[which]
+    return cell(rows[place], spec)
 
 
 def numbers(r: Results, benchmarks: str, engines: str) -> str:
@@ -686,36 +703,44 @@ def renew(document: str, mark: str, body: str) -> None:
     path.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
 
 
-def renew_measured(folder: Path) -> None:
-    """Writes the tables of measurements of a folder of results into docs/measured.md."""
-    results = Results(folder)
-    for name, make in AGAINST.items():
-        if rows := results[f"measured_{name}"]:
-            renew("docs/measured.md", name, f"{results.origin(f'measured_{name}')}.\n\n{make(rows)}")
-
-
-def renew_documents(folder: Path) -> None:
-    """Writes the tables of a folder of results into all documents."""
-    r = Results(folder)
-    for document, mark, make in (
-        ("docs/benchmarks.md", "results", summary),
-        ("README.md", "measured", measured),
-        ("docs/choosing.md", "methods", choosing_table),
-        ("docs/engine-curves.md", "engines", curves),
-    ):
-        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
-        renew(document, mark, make(r, link))
-    renew("docs/choosing.md", "profile", profile_table(r))
-    renew("README.md", "beside", f"{engines_table(r['beside'], SHOWN_BESIDE)}\n\n{versions(r['beside'])}")
-    renew("docs/engines.md", "versions", versions(r["beside"]))
-    renew("README.md", "numbers", numbers(r, "docs/benchmarks.md", "docs/engines.md"))
-    renew("docs/index.md", "numbers", numbers(r, "benchmarks.md", "engines.md"))
+def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
+    """Each part between markers: the document, the marker, the text by the link to the folder of results."""
     beside = r["beside"]
-    for document in (ROOT / "docs").glob("*.md"):
-        text = document.read_text()
-        if FIGURE.search(text):
-            document.write_text(with_figures(text, beside))
-    renew_measured(folder)
+    yield "README.md", "numbers", lambda link: numbers(r, "docs/benchmarks.md", "docs/engines.md")
+    yield "docs/index.md", "numbers", lambda link: numbers(r, "benchmarks.md", "engines.md")
+    yield "README.md", "measured", lambda link: measured(r, link)
+    yield "README.md", "beside", lambda link: f"{engines_table(beside, SHOWN_BESIDE)}\n\n{versions(beside)}"
+    yield "docs/engines.md", "versions", lambda link: versions(beside)
+    yield "docs/benchmarks.md", "results", lambda link: summary(r, link)
+    yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
+    yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
+    yield "docs/choosing.md", "profile", lambda link: profile_table(r)
+    for name, make in AGAINST.items():
+        if rows := r[f"measured_{name}"]:
+            text = f"{r.origin(f'measured_{name}')}.\n\n{make(rows)}"
+            yield "docs/measured.md", name, lambda link, text=text: text
+
+
+def pages() -> list[Path]:
+    """All that may have numbers of tables in its sentences."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def renew_documents(folder: Path) -> list[str]:
+    """Writes the tables of a folder of results into all documents; returns what cannot be made of them."""
+    r, failed = Results(folder), []
+    for document, mark, make in documents(r):
+        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
+        try:
+            renew(document, mark, make(link))
+        except (KeyError, IndexError, ValueError, StopIteration) as error:
+            failed.append(f"{document}, {mark}: {error!r}")
+    for path in pages():
+        try:
+            path.write_text(with_figures(path.read_text(), r))
+        except (KeyError, IndexError) as error:
+            failed.append(f"{path.name}: {error!r}")
+    return failed
 
 
 if __name__ == "__main__":
@@ -725,4 +750,4 @@ if __name__ == "__main__":
     options = parser.parse_args()
     print(targets(Results(options.folder)))
     if options.docs:
-        renew_documents(options.folder.resolve())
+        print(*renew_documents(options.folder.resolve()), sep="\n")
