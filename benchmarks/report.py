@@ -300,13 +300,25 @@ def missed_bounds(rows: Rows) -> str:
     return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
 
 
-ORDERS = """Errors at the end of a motion at four steps, each half of the one before
-([orders.py](../benchmarks/orders.py), [numbers]({link}/orders.csv)). Rows of joints leave errors of
-position below 1e-4 of `Model.length`, which have no order. Dashed lines belong to coordinates of trees. The
-humanoid is of first order: the damping of a servo follows the inertia of the two bodies at its joint, and a
-foot is light although it stands.
+ORDERS = """The mean order over four steps, each half of the one before, of errors at the end of a motion
+([orders.py](../benchmarks/orders.py), [errors]({link}/orders.csv)). Rows of joints leave errors of position
+below 1e-4 of `Model.length`, which have no order. The humanoid is of first order: the damping of a servo
+follows the inertia of the two bodies at its joint, and a foot is light although it stands."""
 
-![Errors of positions and velocities over the step](figures/orders.png)"""
+
+def orders_table(rows: Rows) -> str:
+    """A scene a line: the order of positions and velocities, of joints as rows and in trees."""
+    found = {(row["scene"], row["joints"]): row for row in rows}
+    lines = []
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        cells = []
+        for form in ("rows", "trees"):
+            row = found.get((scene, form))
+            for what in ("position_order", "velocity_order"):
+                cells.append("" if row is None else f"{float(row[what]):.1f}" if row[what] else "exact")
+        lines.append((scene, *cells))
+    header = [f"{what}, {form}" for form in ("rows", "trees") for what in ("positions", "velocities")]
+    return table(("scene", *header), lines)
 
 
 def summary(r: Results, link: str) -> str:
@@ -318,8 +330,8 @@ def summary(r: Results, link: str) -> str:
     if physics := r["physics"]:
         what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv)"
         lines += ["### Physics", r.origin("physics"), f"{what}: {missed_bounds(physics)}"]
-    if "orders.csv" in r.origins:
-        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
+    if orders := r["orders"]:
+        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link), orders_table(orders)]
     unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
     lines += ["### Files that were not solved", r.origin("files")]
     lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
@@ -471,16 +483,6 @@ def cases_and_families(beside: Rows, only: Sequence[str] = ()) -> tuple[list[str
     return list(cases), list(dict.fromkeys(row["family"] for row in beside))
 
 
-def summary_table(beside: Rows) -> str:
-    """A scene a row, an engine a column: the least error and its cost."""
-    cases, families = cases_and_families(beside)
-    lines = [
-        (case, *("; ".join(filter(None, least(beside, case, family))) for family in families))
-        for case in cases
-    ]
-    return table(("scene: error (mm); ms per simulated second", *map(label, families)), lines)
-
-
 def versions(beside: Rows) -> str:
     """Which versions were measured, and when."""
     found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
@@ -497,6 +499,14 @@ def engines_table(beside: Rows, only: Sequence[str]) -> str:
     ]
     header = [text for case in cases for text in (f"{case}: error (mm)", "time (ms/s)")]
     return table(("engine", *header), lines)
+
+
+def summary_table(beside: Rows) -> str:
+    """A scene a row, two columns for each engine: the least error and its cost."""
+    cases, families = cases_and_families(beside)
+    lines = [(case, *(text for family in families for text in least(beside, case, family))) for case in cases]
+    header = [text for family in families for text in (f"{label(family)} (mm)", "(ms/s)")]
+    return table(("scene: error, time per simulated second", *header), lines)
 
 
 SETTINGS: dict[str, Spec] = {
@@ -578,6 +588,41 @@ def curves(r: Results, link: str) -> str:
     if budgets := r["budgets"]:
         parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
     return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
+
+
+# docs/decisions/trees.md.
+
+NAMED = {
+    "bullet3/kuka_iiwa/model.urdf": "arm (kuka_iiwa)",
+    "dm_walkers/humanoid_CMU_V2020.xml": "humanoid of 56 coordinates (CMU)",
+    "mujoco/humanoid/22_humanoids.xml": "22 humanoids in a heap",
+    "unitree_go1/scene.xml": "quadruped (go1)",
+    "shadow_hand/scene_right.xml": "hand (shadow)",
+}
+"""Models whose times are shown."""
+FORMS: dict[str, Spec] = {
+    "model": lambda row: NAMED[row["model"]], "rows (us)": "rows x1e6", "trees (us)": "trees x1e6",
+    "MuJoCo (us)": "mujoco x1e6", "trees / rows, median step": "trees_to_rows ~2",
+    "trees / rows, run": "run_trees_to_rows ~2", "trees / MuJoCo": "trees_to_mujoco ~2",
+}  # fmt: skip
+LARGE_SCENES: dict[str, Spec] = {
+    "scene": "case", "control": "control",
+    "joints": lambda row: "trees" if row["trees"] == "auto" else "rows",
+    "step (us)": "step x1e6", "factorisations": "factorizations_mean x1", "products": "products_mean x1",
+    "missed": lambda row: f"{row['missed']} of {row['steps']}",
+}  # fmt: skip
+
+
+def forms(rows: Rows) -> str:
+    """Steps of some robots with joints as rows and in trees, and the geometric mean over all."""
+    if not rows:
+        return "Measured by `make bench ONLY=forms`."
+    run = [row for row in rows if row["trees_to_mujoco"]]
+    keys = ("trees_to_rows", "run_trees_to_rows", "trees_to_mujoco")
+    means = (math.exp(sum(math.log(float(row[key])) for row in run) / len(run)) for key in keys)
+    names = (f"{len(run)} models with a time of MuJoCo", *(f"{value:.2f}" for value in means))
+    shown = view([row for row in rows if row["model"] in NAMED and row["trees"]], FORMS)
+    return "{}, geometric mean: {} (median step), {} (run), {} (MuJoCo).\n\n{}".format(*names, shown)
 
 
 # docs/measured.md.
@@ -715,6 +760,11 @@ def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
     yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
     yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
     yield "docs/choosing.md", "profile", lambda link: profile_table(r)
+    origin = r.origin("robots_forms")
+    yield "docs/decisions/trees.md", "forms", lambda link: f"{origin}\n\n{forms(r['robots_forms'])}".strip()
+    large = [row for row in r["robots_large"] if "wheels" not in row["case"]]
+    origins = r.origin("robots_large")
+    yield "docs/decisions/trees.md", "large", lambda link: f"{origins}\n\n{view(large, LARGE_SCENES)}"
     for name, make in AGAINST.items():
         if rows := r[f"measured_{name}"]:
             text = f"{r.origin(f'measured_{name}')}.\n\n{make(rows)}"

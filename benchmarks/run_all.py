@@ -28,6 +28,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 
+import figures
 import report
 from common import DATA, ROOT, TABLES, arguments, processor, read_csv, with_folders, write_csv
 
@@ -64,19 +65,20 @@ PARTS = (
     program("files", "files", "clarabel"),
     program("steps", "steps", "methods"),
     program("growth", "growth", "stages", limit=12),
-    program("robots", "robots", "robots_2ms", limit=25),
+    Part("kernel", (), ("kernel", "instruction_sets"), 10),
     program("performance_profile", "profile", limit=20),
     program("budgets"),
-    Part("kernel", (), ("kernel", "instruction_sets"), 10),
+    program("calls"),
+    program("packing"),
+    program("robots", "robots", "robots_2ms", limit=25),
     Part("forms", ("robots.py", "--trees", "both"), ("robots_forms",), 15),
     Part("fall", ("robots.py", "--fall", "--limit", "15"), ("robots_fall",), 15),
     Part("scenes", ("robots.py", "--trees", "both", "--scenes", "--duration", "0.4", "--limit", "120"),
          ("scenes_forms",), 10, out=True),
     Part("large", ("robots.py", "--fall", "--trees", "both", "--limit", "10"), ("robots_large",), 10),
-    program("calls"),
-    program("packing"),
     program("orders"),
     program("measurements", *(f"measured_{name}" for name in report.AGAINST), limit=20),
+    Part("pictures", ("figures.py", "--only", "convergence", "arch"), (), 10),
     program("physics", limit=30),
     Part("step_work", ("step_work.py", "--only", *COUNTED, "--steps", "20"), ("step_work",), 30, out=True),
     Part("others", ("-m", "beside"), ("beside",), 90, by_name=True),
@@ -149,6 +151,8 @@ def run_part(part: Part, options: Namespace, limit: float) -> None:
             {"--out": TABLES} if part.out else {}
         )
     words = [str(word) for pair in folders.items() for word in pair] + ["--quick"] * options.quick
+    if not part.tables:
+        words = ["--figures", str(options.figures)]
     # In a process of its own: it binds itself to one core, which the kernel's threads must not be.
     subprocess.run([sys.executable, *part.command, *words], cwd=HERE, check=True, timeout=limit)
     return None
@@ -196,6 +200,10 @@ def main() -> int:
     start = perf_counter()
     write_csv(options.out / "environment.csv", environment(options.build))
     failed = run_parts(chosen(options), options)
+    try:
+        figures.draw(options.out, options.figures)
+    except (KeyError, IndexError, ValueError) as error:
+        failed.append(f"figures ({error!r})")
     if options.complete:
         failed += report.renew_documents(options.out)
     print(report.targets(report.Results(options.out)))
