@@ -103,13 +103,13 @@ class Results:
         return read_csv((self.beside if name in ("beside", "solvers") else self.folder) / f"{name}.csv")
 
     def origin(self, *names: str) -> str:
-        """The revision and the date of each of these tables."""
+        """The revision, the date and the processor of each of these tables."""
         known = [self.origins[f"{name}.csv"] for name in names if f"{name}.csv" in self.origins]
-        return "; ".join(f"`{o['table']}`: revision {o['revision']}, {o['date']}" for o in known)
-
-    @property
-    def machine(self) -> str:
-        return ", ".join(self.environment.get(key, "") for key in ("processor", "compiler"))
+        columns = ("date", "processor")
+        return "; ".join(
+            ", ".join((f"`{o['table']}`: revision {o['revision']}", *(o[c] for c in columns if o[c])))
+            for o in known
+        )
 
 
 # What was wanted and what was reached.
@@ -323,7 +323,7 @@ def orders_table(rows: Rows) -> str:
 
 def summary(r: Results, link: str) -> str:
     """What docs/benchmarks.md shows; `link` leads to the folder of results."""
-    lines = [f"{r.machine}; [all tables, versions and commands]({link}/tables.csv). {targets(r)}"]
+    lines = [f"[All tables, versions and commands]({link}/tables.csv). {targets(r)}"]
     if scenes := r["simulation"]:
         lines += ["### Simulated scenes", r.origin("simulation"), view(scenes, SCENES)]
         lines += [f"[Phases, longest steps and overlaps]({link}/simulation.csv) of the same scenes."]
@@ -341,7 +341,7 @@ def summary(r: Results, link: str) -> str:
 def measured(r: Results, link: str) -> str:
     """The part of the README: some scenes, and one sentence on the solver alone."""
     origin = r.origin("simulation", "files")
-    lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
+    lines = [f"One core; `make bench` ([all results]({link}/tables.csv)). {origin}."]
     if scenes := r["simulation"]:
         lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
     facts = {what: reached for what, _, reached, _ in file_targets(r)}
@@ -368,14 +368,27 @@ def choosing_table(r: Results, link: str) -> str:
         found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
         return "–" if found == ["–", "–"] else " / ".join(found)
 
-    machine = f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv))"
-    parts = [f"{machine}. {r.origin('methods')}."]
+    parts = [f"One core; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."]
     for law in ("associated", "coulomb"):
         rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
         scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
         body = [(f"`{m}`", *(times(rows.get((scene, m))) for scene in scenes)) for m in methods]
         parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
     return "\n\n".join(parts)
+
+
+def reached(rows: Rows) -> str:
+    """For each law and hard scene the methods that reach 1e-3, and 1e-6."""
+    lines = []
+    for law in ("associated", "coulomb"):
+        for scene in ("B3_s10", "B4_s60", "B4_impact+5"):
+            mine = [row for row in rows if (row["scene"], row["law"]) == (scene, law)]
+            cells = (
+                ", ".join(f"`{row['method']}`" for row in mine if row[f"products_{level}"]) or "none"
+                for level in ("1e-03", "1e-06")
+            )
+            lines.append((f"{scene}, `{law}`", *cells))
+    return table(("step, law", "1e-3", "1e-6"), lines)
 
 
 def profile_table(r: Results) -> str:
@@ -555,6 +568,38 @@ def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
     """The slope of log(time of a step) over log(size) by least squares."""
     points = [(math.log(float(r["size"])), math.log(float(r["step"]))) for r in rows if r["step"] != ""]
     return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
+
+
+LARGER = {
+    "wall, rows": "rows of a wall", "plates 1:100": "number of plates",
+    "chain, links": "links of a chain", "spheres in a box": "number of spheres",
+}  # fmt: skip
+
+
+def growth_words(rows: Rows) -> str:
+    """Which engine grows faster between the smallest and the largest size that both have; where 1e-3 costs
+    more than 1e-6 at the largest size."""
+    times: dict[tuple[str, str], dict[float, float]] = {}
+    for row in rows:
+        if row["step"]:
+            times.setdefault((row["family"], row["engine"]), {})[float(row["size"])] = float(row["step"])
+    faster: dict[str, list[str]] = {"MuJoCo": [], "amontons": []}
+    dearer = []
+    for family, words in LARGER.items():
+        loose, ours, theirs = (times[family, name] for name in ("amontons, 1e-3", OURS, OTHER))
+        sizes = sorted(ours.keys() & theirs.keys())
+        ratios = [theirs[size] / ours[size] for size in (sizes[0], sizes[-1])]
+        faster["MuJoCo" if ratios[1] > ratios[0] else "amontons"].append(words)
+        largest = max(loose.keys() & ours.keys())
+        if loose[largest] > ours[largest]:
+            dearer.append(words)
+    grow = "; ".join(f"{engine} with {', '.join(words)}" for engine, words in faster.items() if words)
+    more = (
+        f" A step to 1e-3 takes longer than one to 1e-6 at the largest size of {', '.join(dearer)}."
+        if dearer
+        else ""
+    )
+    return f"The time grows faster than that of the other engine: {grow}.{more}"
 
 
 def growth_table(r: Results) -> str:
@@ -759,6 +804,8 @@ def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
     yield "docs/benchmarks.md", "results", lambda link: summary(r, link)
     yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
     yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
+    yield "docs/choosing.md", "reached", lambda link: reached(r["methods"])
+    yield "docs/engine-curves.md", "growth", lambda link: growth_words(r["growth"])
     yield "docs/choosing.md", "profile", lambda link: profile_table(r)
     origin = r.origin("robots_forms")
     yield "docs/decisions/trees.md", "forms", lambda link: f"{origin}\n\n{forms(r['robots_forms'])}".strip()
