@@ -46,22 +46,37 @@ def milliseconds(seconds: str | float) -> str:
     return f"{value:.3g}" if value < 100 else f"{value:.0f}"
 
 
+def power(text: str) -> str:
+    """A number with a short power of ten: 1e-6 for 1e-06."""
+    return re.sub(r"e([+-])0*(\d)", lambda found: f"e{found[1].strip('+')}{found[2]}", text)
+
+
+def level(tolerance: str | float) -> str:
+    """A power of ten."""
+    return power(f"{float(tolerance):.0e}")
+
+
 def scientific(value: str | float) -> str:
-    return f"{float(value):.1e}" if value != "" else ""
+    """Two digits; a power of ten below a hundredth and from a million on."""
+    if value == "":
+        return ""
+    usual = float(value) == 0 or 1e-2 <= abs(float(value)) < 1e6
+    return digits(str(value), 1) if usual else power(f"{float(value):.1e}")
 
 
 def digits(value: str, scale: float) -> str:
     """Two digits, whole numbers from 10 to a million."""
     number = scale * float(value)
-    return f"{number:.0f}" if 10 <= number < 1e6 else f"{number:.2g}"
+    return f"{number:.0f}" if 10 <= number < 1e6 else power(f"{number:.2g}")
 
 
 def short(value: str, places: int = 3) -> str:
-    """A number with so many digits; a text as it is."""
+    """A number with so many digits, whole from there to a million; a text as it is."""
     try:
-        return f"{float(value):.{places}g}"
+        number = float(value)
     except ValueError:
         return value
+    return f"{number:.0f}" if 10**places <= abs(number) < 1e6 else power(f"{number:.{places}g}")
 
 
 def cell(row: Row, spec: Spec) -> str:
@@ -71,11 +86,11 @@ def cell(row: Row, spec: Spec) -> str:
     value = row[key]
     if not how or value == "":
         return value
-    if how == "ms":
-        return milliseconds(value)
+    if how in ("ms", ".1e"):
+        return milliseconds(value) if how == "ms" else scientific(value)
     if how[0] in "x~":
         return digits(value, float(how[1:])) if how[0] == "x" else short(value, int(how[1:]))
-    return format(float(value), how)
+    return power(format(float(value), how))
 
 
 def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
@@ -138,11 +153,16 @@ def file_targets(r: Results) -> Iterable[Line]:
         wanted = wanted or len(rows)
         # The counts that are wanted are out of the 56 files; of a sample, all.
         enough = solved >= min(wanted, len(rows))
-        yield f"files solved to {tolerance:.0e}, {law}", f"{wanted}", f"{solved} of {len(rows)}", enough
+        yield (
+            f"files solved to {level(tolerance)}, {law}",
+            f"{wanted}",
+            f"{solved} of {len(rows)}",
+            enough,
+        )
     both = [accuracy(files, law, 1e-8) for law in ("coulomb", "associated")]
     if all(both):
         theirs, ours = (sum(float(row["time"]) for row in rows) for rows in both)
-        yield "time to 1e-08, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+        yield "time to 1e-8, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
         # A file that is not solved takes the whole of its deadline.
         done = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
         if len(done) < len(both[0]):
@@ -154,12 +174,12 @@ def file_targets(r: Results) -> Iterable[Line]:
         if row["relative_difference"] and float(row["reference_error"]) < 1e-8
     ]  # fmt: skip
     if trusted:
-        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-08"
-        yield what, "1e-06", scientific(max(trusted)), max(trusted) <= 1e-6
+        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-8"
+        yield what, "1e-6", scientific(max(trusted)), max(trusted) <= 1e-6
     if duels:
         ours, theirs = (sum(float(row[key]) for row in duels) for key in ("wall", "clarabel_time"))
         reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
-        yield "total time to 1e-04 over that of Clarabel", "1", reached, ours <= theirs
+        yield "total time to 1e-4 over that of Clarabel", "1", reached, ours <= theirs
         large = [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]
         if large:
             what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
@@ -185,7 +205,7 @@ def kernel_targets(r: Results) -> Iterable[Line]:
 def step_targets(r: Results) -> Iterable[Line]:
     for row in r["steps"]:
         by = "" if row["method"] == "auto" else f", {row['method']}"
-        what = f"{row['scene']}, {row['law']}, to {float(row['tolerance']):.0e}{by}"
+        what = f"{row['scene']}, {row['law']}, to {level(row['tolerance'])}{by}"
         met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
         yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
 
@@ -289,13 +309,13 @@ def missed_bounds(rows: Rows) -> str:
         value = float(row["limit"])
         if not math.isfinite(value):
             return ""
-        return f"below {value:.2g}" if value >= 0 else f"above {-value:.2g}"
+        return f"below {digits(row['limit'], 1)}" if value >= 0 else f"above {digits(row['limit'], -1)}"
 
     bounded = [row for row in rows if limit(row)]
     missed = [row for row in bounded if row["met"] == "no"]
     table = view(missed, {
         "Scene": "claim", "Quantity": "figure",
-        "Measured": lambda row: f"{float(row['value']):.2g} {row['unit']}".strip(), "Bound": limit,
+        "Measured": lambda row: f"{digits(row['value'], 1)} {row['unit']}".strip(), "Bound": limit,
     })  # fmt: skip
     return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
 
@@ -726,7 +746,7 @@ def adams(rows: Rows) -> str:
         for start in GROUPS:
             mine = [r for r in own if r["quantity"].startswith(start)]
             worst = max(mine, key=lambda r: float(r["rms"]), default=None)
-            line.append(f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no") if worst else "")
+            line.append(scientific(worst["rms"]) + " (no)" * (worst["met"] == "no") if worst else "")
         lines.append(line)
     counts = []
     for dt, what in (
