@@ -37,7 +37,7 @@ help:
 	@echo 'make replays   all robots and scenes as pages with a play bar, in out/replays, which make docs takes into the site'
 	@echo 'make playground the engine in a page of the browser, in out/playground, which make docs takes into the site'
 	@echo 'make notebooks the tutorials as notebooks, in out/notebooks;  make figures  pictures of the documents'
-	@echo 'make bench     benchmarks, written to benchmarks/results'
+	@echo 'make bench     benchmarks, the most important first, into benchmarks/results and the documents;  make bench ONLY="growth orders"'
 	@echo 'make gpu       tests and benchmarks of devices, on the GPUs that there are; written to benchmarks/results'
 	@echo 'make soak      random damage, misuse and scenes for an hour; the table goes to benchmarks/results'
 	@echo 'make format    format the C++ and Python sources;  make lint  only check'
@@ -156,7 +156,7 @@ notebooks: install
 
 bench: install
 	@cmake --build $(BUILD) --target amontons_benchmarks
-	@$(BIN)/python benchmarks/run_all.py
+	@$(BIN)/python benchmarks/run_all.py $(if $(ONLY),--only $(ONLY))
 
 soak: install
 	@PYTHONPATH=tools $(BIN)/python -m soak --seed $(SOAK_SEED) --seconds $(SOAK_SECONDS) --jobs $(JOBS) \

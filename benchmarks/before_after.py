@@ -4,8 +4,8 @@
 
 Both folders are results of `make bench` on one machine, one right after the other. Prints a Markdown table of
 the kernel (ns per contact), the files (time of all, per law and tolerance), the steps (time to the
-tolerance), the scenes (mean step), the robots (median step of each model, at both time steps) and the broad
-phase, with the ratio after over before, and that of the iterations where they are counted. A part has a line
+tolerance), the scenes (mean step), the robots (median step of each model, at both time
+steps), with the ratio after over before, and that of the iterations where they are counted. A part has a line
 with its total time. The total over all parts is the geometric mean of their ratios, because their units
 differ.
 
@@ -43,7 +43,6 @@ TABLES = (
     Table("simulation.csv", ("name",), "step", "s", "iterations"),
     Table("robots.csv", ("model",), "step_median", "s"),
     Table("robots_2ms.csv", ("model",), "step_median", "s"),
-    Table("broad_phase.csv", ("scene", "bodies"), "next_ns_per_body", "ns"),
 )
 
 Sums = dict[str, tuple[float, float]]

@@ -3,7 +3,7 @@
     python benchmarks/growth.py [--quick] [--out FOLDER] [--only PART ...]
 
 Writes growth.csv, a row per family, size and engine: ours at two tolerances, and MuJoCo with its default
-settings where it is installed; and the figure growth.png. The exponent of a family is the slope of log(time)
+settings where it is installed. The exponent of a family is the slope of log(time)
 over log(size) by least squares. All run in turns on one core; an engine leaves a family once a step takes too
 long.
 
@@ -23,14 +23,11 @@ from typing import Any
 
 import amontons
 import amontons.scenes
-import matplotlib.pyplot as plt
 from beside.engine import Engine, Running
 from beside.engine import engines as installed
-from beside.figure import COLOURS
 from beside.plain import Unsupported
 from beside.scenes import plain
-from common import SAMPLE, arguments, shrink, tracked, use_one_core, with_folders, write_csv
-from matplotlib.ticker import NullFormatter
+from common import SAMPLE, arguments, tracked, use_one_core, with_folders, write_csv
 from report import exponent, grouped
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
@@ -156,32 +153,6 @@ def write_stages(folder: Path, sizes: Iterable[int]) -> None:
         print(f"growth: {count} spheres, {rows[-1]['contacts']:.0f} contacts, us a contact: {cells}")
 
 
-def draw(rows: list[Row], path: Path) -> None:
-    families = list(dict.fromkeys(r["family"] for r in rows))
-    figure, panels = plt.subplots(2, 3, figsize=(10, 5.6), squeeze=False, layout="constrained")
-    for axes, family in zip(panels.flat, families, strict=False):
-        for engine in dict.fromkeys(r["engine"] for r in rows):
-            mine = [r for r in rows if (r["family"], r["engine"]) == (family, engine) and r["step"] != ""]
-            if mine:
-                axes.plot(
-                    [r["size"] for r in mine], [1e3 * r["step"] for r in mine],
-                    "o--" if engine.endswith("1e-3") else "o-", label=f"{engine}: {exponent(mine):.2f}",
-                    color=COLOURS[engine.split(",")[0].lower()], markersize=4, linewidth=1.2,
-                )  # fmt: skip
-        axes.set(xscale="log", yscale="log")
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.yaxis.set_minor_formatter(NullFormatter())
-        axes.set_title(family, fontsize=9)
-        axes.tick_params(labelsize=7)
-        axes.grid(True, alpha=0.25)
-        axes.legend(fontsize=7, title="exponent", title_fontsize=7)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("ms a step", fontsize=8)
-    figure.savefig(path, dpi=90)
-    plt.close(figure)
-    shrink(path)
-
-
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="*", default=[], help="families whose names contain one of these")
@@ -205,9 +176,6 @@ def main() -> None:
             write_csv(options.out / "growth.csv", rows)
     if not options.only or "stages" in options.only:
         write_stages(options.out, STAGED[:2] if options.quick else STAGED)
-    if not rows:
-        return
-    draw(rows, options.figures / "growth.png")
     for (family, engine), group in grouped(rows, "family", "engine").items():
         print(f"growth: {family}, {engine}: time ~ size^{exponent(group):.2f}")
 

@@ -4,7 +4,7 @@ a four-bar linkage.
     python benchmarks/measurements.py [--quick] [--only PART ...] [--data FOLDER] [--out FOLDER]
 
 Reads all files of the folders of DATA/measured, and skips with a message what is not there. Writes
-measured_PART.csv, a row per figure, and their tables into docs/measured.md (report.py).
+measured_PART.csv, a row per figure.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any
 
 from common import TABLES, arguments, with_folders, write_csv
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
-from report import renew_measured
 
 Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -34,8 +33,8 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
     options = parser.parse_args()
-    whole = options.out is None and not options.quick
-    options.out = TABLES if whole else options.out
+    if options.out is None and not options.quick:  # it needs neither fclib nor chrono
+        options.out = TABLES
     options = with_folders(options)
     for name in options.only:
         folder, rows = PARTS[name]
@@ -46,8 +45,6 @@ def main() -> None:
         found = list(rows(path, options.quick))
         write_csv(options.out / f"measured_{name}.csv", found)
         print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
-    if whole:
-        renew_measured(options.out)
 
 
 if __name__ == "__main__":

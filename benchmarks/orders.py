@@ -6,7 +6,7 @@ The scenes of tests/physics/instants.py, with joints as rows and in coordinates 
 the end, beside the limit of the two shortest of six steps by extrapolation. A humanoid of DATA/robots stands
 and swings its arms; its errors are those beside a step of 0.1 ms, and it is skipped where it is absent.
 Writes orders.csv, a row per scene and form with the errors at four steps and the mean order, log2 of the
-first over the last by three; and the figure orders.png. Rows of joints leave errors of position below 1e-4 of
+first over the last by three. Rows of joints leave errors of position below 1e-4 of
 `Model.length` as they are.
 """
 
@@ -19,10 +19,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from amontons import ModelBuilder, Simulation, load_model
-from common import ROOT, arguments, shrink, tracked, with_folders, write_csv
+from common import ROOT, arguments, tracked, with_folders, write_csv
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))  # where instants is
 from instants import MOTIONS, distances, end_of, errors
@@ -79,28 +78,6 @@ def entry(name: str, trees: str, duration: float, longest: float, found: np.ndar
     return row
 
 
-def draw(rows: list[Row], path: Path) -> None:
-    """Errors over the step, rows and trees; a line of order two beside them."""
-    figure, panels = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained", sharex=True)
-    for axes, what, unit in zip(panels, ("position", "velocity"), ("m", "m/s, rad/s"), strict=True):
-        for number, name in enumerate([*MOTIONS, STANDING]):
-            for form, style in zip(FORMS.values(), ("o-", "s--"), strict=True):
-                mine = [r for r in rows if (r["scene"], r["joints"]) == (name, form) and r[f"{what}_order"]]
-                for r in mine:
-                    axes.plot(
-                        [r["dt"] / 2**k for k in range(4)], [r[f"{what}_{k}"] for k in range(4)], style,
-                        color=f"C{number}", label=name if form == "rows" else None, markersize=3, linewidth=1,
-                    )  # fmt: skip
-        steps = [1e-3, 2e-2]
-        axes.plot(steps, [20 * h**2 for h in steps], color="0.6", linewidth=1, label="order 2")
-        axes.set(xscale="log", yscale="log", xlabel="dt (s)", title=f"error of the {what} ({unit})")
-        axes.grid(True, alpha=0.25)
-    panels[1].legend(fontsize=6)
-    figure.savefig(path, dpi=90)
-    plt.close(figure)
-    shrink(path)
-
-
 def main() -> None:
     options = with_folders(arguments(__doc__).parse_args())
     cases = [(name, trees) for name in MOTIONS for trees in FORMS if (name, trees) not in UNSOLVED]
@@ -112,7 +89,6 @@ def main() -> None:
     else:
         print(f"orders: {STANDING}: skipped, there is no {robot}")
     write_csv(options.out / "orders.csv", rows)
-    draw(rows, options.figures / "orders.png")
     for r in rows:
         found = [f"{r[key]:.2f}" if r[key] else "exact" for key in ("position_order", "velocity_order")]
         print(f"orders: {r['scene']}, {r['joints']}: {', '.join(found)}")

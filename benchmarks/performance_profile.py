@@ -6,9 +6,8 @@
 Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
 seconds of processor time for each, less where another one has been ten times faster. Writes solves.csv (a row
 per solve and method), profile.csv (a row per solve: the time of every method that succeeds, and of auto, and
-what auto did) and profile.png: for each method the part of the solves that it does within tau times the best
-time, over tau (Dolan, More 2002, "Benchmarking optimization software with performance profiles"). A corpus
-that is not there is made first, with the robots of the data folder.
+what auto did); figures.py draws it. A corpus that is not there is made first, with the robots of the data
+folder.
 
 Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
@@ -25,10 +24,9 @@ from time import process_time
 from typing import Any
 
 import amontons
-import matplotlib.pyplot as plt
 import numpy as np
 import report
-from common import SAMPLE, TABLES, arguments, read_csv, shrink, tracked, use_one_core, with_folders, write_csv
+from common import SAMPLE, TABLES, arguments, read_csv, tracked, use_one_core, with_folders, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "cg")
@@ -150,29 +148,6 @@ def summary(table: list[Row], half: str) -> str:
     )
 
 
-def draw(rows: list[dict[str, Any]], path: Path, half: str) -> None:
-    """For each method the part of all solves that anyone does within tau times the best time."""
-    chosen = [row for row in rows if half in ("both", row["half"])]
-    best: dict[str, float] = {}
-    for row in chosen:
-        if solved(row):
-            best[row["task"]] = min(best.get(row["task"], np.inf), float(row["time"]))
-    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
-    for method in dict.fromkeys(row["method"] for row in chosen):
-        ratios = sorted(
-            float(row["time"]) / best[row["task"]]
-            for row in chosen
-            if row["method"] == method and solved(row)
-        )
-        part = np.arange(1, len(ratios) + 1) / max(1, len(best))
-        axes.step([1, *ratios, 1e3], [0, *part, part[-1] if len(part) else 0], where="post", label=method,
-                  linewidth=2.2 if method == "auto" else 1.1)  # fmt: skip
-    axes.set(xscale="log", xlim=(1, 30), ylim=(0, 1.01), xlabel="times the best", ylabel="part of the solves")
-    axes.legend(loc="lower right", fontsize=8)
-    figure.savefig(path, dpi=110)
-    shrink(path)
-
-
 def wide(rows: list[Row]) -> list[Row]:
     """A row per solve: the time (s) of every method, blank where it fails."""
     out: dict[str, Row] = {}
@@ -236,7 +211,6 @@ def main() -> None:
     # Long, and of use for --reuse alone.
     write_csv((SAMPLE if options.out.resolve() == TABLES else options.out) / "solves.csv", rows)
     write_csv(options.out / "profile.csv", table)
-    draw(rows, options.figures / "profile.png", options.half)
     for half in ("tuning", "held-out"):
         print(summary(table, half))
 

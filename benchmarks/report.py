@@ -2,9 +2,8 @@
 
     python benchmarks/report.py FOLDER [--docs]
 
-Prints what was wanted and reached. --docs renews the parts between markers of docs/benchmarks.md,
-choosing.md, engine-curves.md, index.md, measured.md and of the README of the repository, and the figures in
-sentences beside other engines.
+Prints what was wanted and reached. --docs renews the parts between markers (`documents`), and the numbers in
+sentences that a comment follows: `FIGURE` of beside.csv, `CELL` of any table.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from statistics import linear_regression, median
@@ -47,22 +46,37 @@ def milliseconds(seconds: str | float) -> str:
     return f"{value:.3g}" if value < 100 else f"{value:.0f}"
 
 
+def power(text: str) -> str:
+    """A number with a short power of ten: 1e-6 for 1e-06."""
+    return re.sub(r"e([+-])0*(\d)", lambda found: f"e{found[1].strip('+')}{found[2]}", text)
+
+
+def level(tolerance: str | float) -> str:
+    """A power of ten."""
+    return power(f"{float(tolerance):.0e}")
+
+
 def scientific(value: str | float) -> str:
-    return f"{float(value):.1e}" if value != "" else ""
+    """Two digits; a power of ten below a hundredth and from a million on."""
+    if value == "":
+        return ""
+    usual = float(value) == 0 or 1e-2 <= abs(float(value)) < 1e6
+    return digits(str(value), 1) if usual else power(f"{float(value):.1e}")
 
 
 def digits(value: str, scale: float) -> str:
     """Two digits, whole numbers from 10 to a million."""
     number = scale * float(value)
-    return f"{number:.0f}" if 10 <= number < 1e6 else f"{number:.2g}"
+    return f"{number:.0f}" if 10 <= number < 1e6 else power(f"{number:.2g}")
 
 
 def short(value: str, places: int = 3) -> str:
-    """A number with so many digits; a text as it is."""
+    """A number with so many digits, whole from there to a million; a text as it is."""
     try:
-        return f"{float(value):.{places}g}"
+        number = float(value)
     except ValueError:
         return value
+    return f"{number:.0f}" if 10**places <= abs(number) < 1e6 else power(f"{number:.{places}g}")
 
 
 def cell(row: Row, spec: Spec) -> str:
@@ -72,11 +86,11 @@ def cell(row: Row, spec: Spec) -> str:
     value = row[key]
     if not how or value == "":
         return value
-    if how == "ms":
-        return milliseconds(value)
+    if how in ("ms", ".1e"):
+        return milliseconds(value) if how == "ms" else scientific(value)
     if how[0] in "x~":
         return digits(value, float(how[1:])) if how[0] == "x" else short(value, int(how[1:]))
-    return format(float(value), how)
+    return power(format(float(value), how))
 
 
 def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
@@ -104,13 +118,13 @@ class Results:
         return read_csv((self.beside if name in ("beside", "solvers") else self.folder) / f"{name}.csv")
 
     def origin(self, *names: str) -> str:
-        """The revision and the date of each of these tables."""
+        """The revision, the date and the processor of each of these tables."""
         known = [self.origins[f"{name}.csv"] for name in names if f"{name}.csv" in self.origins]
-        return "; ".join(f"`{o['table']}`: revision {o['revision']}, {o['date']}" for o in known)
-
-    @property
-    def machine(self) -> str:
-        return ", ".join(self.environment.get(key, "") for key in ("processor", "compiler"))
+        columns = ("date", "processor")
+        return "; ".join(
+            ", ".join((f"`{o['table']}`: revision {o['revision']}", *(o[c] for c in columns if o[c])))
+            for o in known
+        )
 
 
 # What was wanted and what was reached.
@@ -139,11 +153,16 @@ def file_targets(r: Results) -> Iterable[Line]:
         wanted = wanted or len(rows)
         # The counts that are wanted are out of the 56 files; of a sample, all.
         enough = solved >= min(wanted, len(rows))
-        yield f"files solved to {tolerance:.0e}, {law}", f"{wanted}", f"{solved} of {len(rows)}", enough
+        yield (
+            f"files solved to {level(tolerance)}, {law}",
+            f"{wanted}",
+            f"{solved} of {len(rows)}",
+            enough,
+        )
     both = [accuracy(files, law, 1e-8) for law in ("coulomb", "associated")]
     if all(both):
         theirs, ours = (sum(float(row["time"]) for row in rows) for rows in both)
-        yield "time to 1e-08, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+        yield "time to 1e-8, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
         # A file that is not solved takes the whole of its deadline.
         done = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
         if len(done) < len(both[0]):
@@ -155,12 +174,12 @@ def file_targets(r: Results) -> Iterable[Line]:
         if row["relative_difference"] and float(row["reference_error"]) < 1e-8
     ]  # fmt: skip
     if trusted:
-        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-08"
-        yield what, "1e-06", scientific(max(trusted)), max(trusted) <= 1e-6
+        what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-8"
+        yield what, "1e-6", scientific(max(trusted)), max(trusted) <= 1e-6
     if duels:
         ours, theirs = (sum(float(row[key]) for row in duels) for key in ("wall", "clarabel_time"))
         reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
-        yield "total time to 1e-04 over that of Clarabel", "1", reached, ours <= theirs
+        yield "total time to 1e-4 over that of Clarabel", "1", reached, ours <= theirs
         large = [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]
         if large:
             what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
@@ -186,7 +205,7 @@ def kernel_targets(r: Results) -> Iterable[Line]:
 def step_targets(r: Results) -> Iterable[Line]:
     for row in r["steps"]:
         by = "" if row["method"] == "auto" else f", {row['method']}"
-        what = f"{row['scene']}, {row['law']}, to {float(row['tolerance']):.0e}{by}"
+        what = f"{row['scene']}, {row['law']}, to {level(row['tolerance'])}{by}"
         met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
         yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
 
@@ -240,11 +259,12 @@ def profile_targets(r: Results) -> Iterable[Line]:
 
 
 def targets(r: Results) -> str:
-    """The table of what was wanted and what was reached, or nothing without results."""
+    """How many targets are met, and a table of the others."""
     parts = (file_targets, step_targets, scene_targets, robot_targets, profile_targets, kernel_targets)
     lines = [line for part in parts for line in part(r)]
-    rows = [(what, wanted, reached, "yes" if met else "**no**") for what, wanted, reached, met in lines]
-    return table(("Target", "Wanted", "Reached", "Met"), rows) if rows else ""
+    missed = [line[:3] for line in lines if not line[3]]
+    count = f"{len(lines) - len(missed)} of {len(lines)} targets are met."
+    return f"{count} The others:\n\n{table(('Target', 'Wanted', 'Reached'), missed)}" if missed else count
 
 
 # docs/benchmarks.md and the README.
@@ -289,38 +309,49 @@ def missed_bounds(rows: Rows) -> str:
         value = float(row["limit"])
         if not math.isfinite(value):
             return ""
-        return f"below {value:.2g}" if value >= 0 else f"above {-value:.2g}"
+        return f"below {digits(row['limit'], 1)}" if value >= 0 else f"above {digits(row['limit'], -1)}"
 
     bounded = [row for row in rows if limit(row)]
     missed = [row for row in bounded if row["met"] == "no"]
     table = view(missed, {
         "Scene": "claim", "Quantity": "figure",
-        "Measured": lambda row: f"{float(row['value']):.2g} {row['unit']}".strip(), "Bound": limit,
-        "Met": lambda row: "**no**",
+        "Measured": lambda row: f"{digits(row['value'], 1)} {row['unit']}".strip(), "Bound": limit,
     })  # fmt: skip
     return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
 
 
-ORDERS = """Errors at the end of a motion at four steps, each half of the one before
-([orders.py](../benchmarks/orders.py), [numbers]({link}/orders.csv)). Rows of joints leave errors of
-position below 1e-4 of `Model.length`, which have no order. Dashed lines belong to coordinates of trees. The
-humanoid is of first order: the damping of a servo follows the inertia of the two bodies at its joint, and a
-foot is light although it stands.
+ORDERS = """The mean order over four steps, each half of the one before, of errors at the end of a motion
+([orders.py](../benchmarks/orders.py), [errors]({link}/orders.csv)). Rows of joints leave errors of position
+below 1e-4 of `Model.length`, which have no order. The humanoid is of first order: the damping of a servo
+follows the inertia of the two bodies at its joint, and a foot is light although it stands."""
 
-![Errors of positions and velocities over the step](figures/orders.png)"""
+
+def orders_table(rows: Rows) -> str:
+    """A scene a line: the order of positions and velocities, of joints as rows and in trees."""
+    found = {(row["scene"], row["joints"]): row for row in rows}
+    lines = []
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        cells = []
+        for form in ("rows", "trees"):
+            row = found.get((scene, form))
+            for what in ("position_order", "velocity_order"):
+                cells.append("" if row is None else f"{float(row[what]):.1f}" if row[what] else "exact")
+        lines.append((scene, *cells))
+    header = [f"{what}, {form}" for form in ("rows", "trees") for what in ("positions", "velocities")]
+    return table(("scene", *header), lines)
 
 
 def summary(r: Results, link: str) -> str:
     """What docs/benchmarks.md shows; `link` leads to the folder of results."""
-    lines = [f"{r.machine}; [all tables, versions and commands]({link}/tables.csv).", targets(r)]
+    lines = [f"[All tables, versions and commands]({link}/tables.csv). {targets(r)}"]
     if scenes := r["simulation"]:
         lines += ["### Simulated scenes", r.origin("simulation"), view(scenes, SCENES)]
         lines += [f"[Phases, longest steps and overlaps]({link}/simulation.csv) of the same scenes."]
     if physics := r["physics"]:
         what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv)"
         lines += ["### Physics", r.origin("physics"), f"{what}: {missed_bounds(physics)}"]
-    if "orders.csv" in r.origins:
-        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
+    if orders := r["orders"]:
+        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link), orders_table(orders)]
     unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
     lines += ["### Files that were not solved", r.origin("files")]
     lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
@@ -330,7 +361,7 @@ def summary(r: Results, link: str) -> str:
 def measured(r: Results, link: str) -> str:
     """The part of the README: some scenes, and one sentence on the solver alone."""
     origin = r.origin("simulation", "files")
-    lines = [f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv)). {origin}."]
+    lines = [f"One core; `make bench` ([all results]({link}/tables.csv)). {origin}."]
     if scenes := r["simulation"]:
         lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
     facts = {what: reached for what, _, reached, _ in file_targets(r)}
@@ -357,14 +388,27 @@ def choosing_table(r: Results, link: str) -> str:
         found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
         return "–" if found == ["–", "–"] else " / ".join(found)
 
-    machine = f"One core of an {r.machine}; `make bench` ([all results]({link}/tables.csv))"
-    parts = [f"{machine}. {r.origin('methods')}."]
+    parts = [f"One core; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."]
     for law in ("associated", "coulomb"):
         rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
         scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
         body = [(f"`{m}`", *(times(rows.get((scene, m))) for scene in scenes)) for m in methods]
         parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
     return "\n\n".join(parts)
+
+
+def reached(rows: Rows) -> str:
+    """For each law and hard scene the methods that reach 1e-3, and 1e-6."""
+    lines = []
+    for law in ("associated", "coulomb"):
+        for scene in ("B3_s10", "B4_s60", "B4_impact+5"):
+            mine = [row for row in rows if (row["scene"], row["law"]) == (scene, law)]
+            cells = (
+                ", ".join(f"`{row['method']}`" for row in mine if row[f"products_{level}"]) or "none"
+                for level in ("1e-03", "1e-06")
+            )
+            lines.append((f"{scene}, `{law}`", *cells))
+    return table(("step, law", "1e-3", "1e-6"), lines)
 
 
 def profile_table(r: Results) -> str:
@@ -386,23 +430,41 @@ def profile_table(r: Results) -> str:
 
 FIGURE = re.compile(r"(\S+) (\S+) <!-- (\S+); ([^;]+); (\w+) -->")
 """A number, its unit, and a comment with scene, engine and column of beside.csv that it is taken from."""
+CELL = re.compile(r"(\S+) <!-- (\w+)\.csv: ([^;>]*); (least|most|median|count)(?: ([^>]+?))? -->")
+"""A number, and a comment with the table that it is taken from, KEY=VALUE, ... of the rows, and which of
+their values is shown, by a Spec; or how many rows there are."""
 UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "um": 1e6, "m": 1.0}
 SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
 OURS, OTHER = "amontons, 1e-6", "MuJoCo"
 
 
-def with_figures(text: str, rows: Rows) -> str:
-    """The text with the numbers before such comments as they are in the rows, at the time step of the
-    scene."""
-    known = {(r["scene"], r["engine"]): r for r in rows if r["steps_per_dt"] == "1"}
+def with_figures(text: str, r: Results) -> str:
+    """The text with the numbers before such comments as they are in the tables; those of beside.csv are at
+    the time step of the scene."""
+    known = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
 
-    def renewed(found: re.Match[str]) -> str:
+    def figure(found: re.Match[str]) -> str:
         _, unit, scene, engine, column = found.groups()
         value = digits(known[scene, engine][column], UNITS[unit])
         return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
 
-    return FIGURE.sub(renewed, text)
+    def cell_of(found: re.Match[str]) -> str:
+        number, name, keys, which, spec = found.groups()
+        return f"{chosen(r[name], keys, which, spec)}{found.group()[len(number) :]}"
+
+    return CELL.sub(cell_of, FIGURE.sub(figure, text))
+
+
+def chosen(rows: Rows, keys: str, which: str, spec: str | None) -> str:
+    """The least, the most or the (lower) median value of the rows that have these values, or their number."""
+    wanted = dict(key.split("=", 1) for key in keys.split(", ") if key)
+    rows = [row for row in rows if all(row[key] == value for key, value in wanted.items())]
+    if which == "count" or spec is None:
+        return f"{len(rows)}"
+    rows = sorted((row for row in rows if row[spec.split()[0]]), key=lambda row: float(row[spec.split()[0]]))
+    place = {"least": 0, "median": (len(rows) - 1) // 2, "most": -1}[which]
+    return cell(rows[place], spec)
 
 
 def numbers(r: Results, benchmarks: str, engines: str) -> str:
@@ -454,16 +516,6 @@ def cases_and_families(beside: Rows, only: Sequence[str] = ()) -> tuple[list[str
     return list(cases), list(dict.fromkeys(row["family"] for row in beside))
 
 
-def summary_table(beside: Rows) -> str:
-    """A scene a row, an engine a column: the least error and its cost."""
-    cases, families = cases_and_families(beside)
-    lines = [
-        (case, *("; ".join(filter(None, least(beside, case, family))) for family in families))
-        for case in cases
-    ]
-    return table(("scene: error (mm); ms per simulated second", *map(label, families)), lines)
-
-
 def versions(beside: Rows) -> str:
     """Which versions were measured, and when."""
     found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
@@ -480,6 +532,14 @@ def engines_table(beside: Rows, only: Sequence[str]) -> str:
     ]
     header = [text for case in cases for text in (f"{case}: error (mm)", "time (ms/s)")]
     return table(("engine", *header), lines)
+
+
+def summary_table(beside: Rows) -> str:
+    """A scene a row, two columns for each engine: the least error and its cost."""
+    cases, families = cases_and_families(beside)
+    lines = [(case, *(text for family in families for text in least(beside, case, family))) for case in cases]
+    header = [text for family in families for text in (f"{label(family)} (mm)", "(ms/s)")]
+    return table(("scene: error, time per simulated second", *header), lines)
 
 
 SETTINGS: dict[str, Spec] = {
@@ -530,6 +590,38 @@ def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
     return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
 
 
+LARGER = {
+    "wall, rows": "rows of a wall", "plates 1:100": "number of plates",
+    "chain, links": "links of a chain", "spheres in a box": "number of spheres",
+}  # fmt: skip
+
+
+def growth_words(rows: Rows) -> str:
+    """Which engine grows faster between the smallest and the largest size that both have; where 1e-3 costs
+    more than 1e-6 at the largest size."""
+    times: dict[tuple[str, str], dict[float, float]] = {}
+    for row in rows:
+        if row["step"]:
+            times.setdefault((row["family"], row["engine"]), {})[float(row["size"])] = float(row["step"])
+    faster: dict[str, list[str]] = {"MuJoCo": [], "amontons": []}
+    dearer = []
+    for family, words in LARGER.items():
+        loose, ours, theirs = (times[family, name] for name in ("amontons, 1e-3", OURS, OTHER))
+        sizes = sorted(ours.keys() & theirs.keys())
+        ratios = [theirs[size] / ours[size] for size in (sizes[0], sizes[-1])]
+        faster["MuJoCo" if ratios[1] > ratios[0] else "amontons"].append(words)
+        largest = max(loose.keys() & ours.keys())
+        if loose[largest] > ours[largest]:
+            dearer.append(words)
+    grow = "; ".join(f"{engine} with {', '.join(words)}" for engine, words in faster.items() if words)
+    more = (
+        f" A step to 1e-3 takes longer than one to 1e-6 at the largest size of {', '.join(dearer)}."
+        if dearer
+        else ""
+    )
+    return f"The time grows faster than that of the other engine: {grow}.{more}"
+
+
 def growth_table(r: Results) -> str:
     """A line per family, a column per engine: the exponent of the time of a step over the size."""
     found = {key: f"{exponent(rows):z.2f}" for key, rows in grouped(r["growth"], "family", "engine").items()}
@@ -561,6 +653,41 @@ def curves(r: Results, link: str) -> str:
     if budgets := r["budgets"]:
         parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
     return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
+
+
+# docs/decisions/trees.md.
+
+NAMED = {
+    "bullet3/kuka_iiwa/model.urdf": "arm (kuka_iiwa)",
+    "dm_walkers/humanoid_CMU_V2020.xml": "humanoid of 56 coordinates (CMU)",
+    "mujoco/humanoid/22_humanoids.xml": "22 humanoids in a heap",
+    "unitree_go1/scene.xml": "quadruped (go1)",
+    "shadow_hand/scene_right.xml": "hand (shadow)",
+}
+"""Models whose times are shown."""
+FORMS: dict[str, Spec] = {
+    "model": lambda row: NAMED[row["model"]], "rows (us)": "rows x1e6", "trees (us)": "trees x1e6",
+    "MuJoCo (us)": "mujoco x1e6", "trees / rows, median step": "trees_to_rows ~2",
+    "trees / rows, run": "run_trees_to_rows ~2", "trees / MuJoCo": "trees_to_mujoco ~2",
+}  # fmt: skip
+LARGE_SCENES: dict[str, Spec] = {
+    "scene, random control": "case",
+    "joints": lambda row: "trees" if row["trees"] == "auto" else "rows",
+    "step (us)": "step x1e6", "factorisations": "factorizations_mean x1", "products": "products_mean x1",
+    "missed": lambda row: f"{row['missed']} of {row['steps']}",
+}  # fmt: skip
+
+
+def forms(rows: Rows) -> str:
+    """Steps of some robots with joints as rows and in trees, and the geometric mean over all."""
+    if not rows:
+        return "Measured by `make bench ONLY=forms`."
+    run = [row for row in rows if row["trees_to_mujoco"]]
+    keys = ("trees_to_rows", "run_trees_to_rows", "trees_to_mujoco")
+    means = (math.exp(sum(math.log(float(row[key])) for row in run) / len(run)) for key in keys)
+    names = (f"{len(run)} models with a time of MuJoCo", *(f"{value:.2f}" for value in means))
+    shown = view([row for row in rows if row["model"] in NAMED and row["trees"]], FORMS)
+    return "{}, geometric mean: {} (median step), {} (run), {} (MuJoCo).\n\n{}".format(*names, shown)
 
 
 # docs/measured.md.
@@ -619,7 +746,7 @@ def adams(rows: Rows) -> str:
         for start in GROUPS:
             mine = [r for r in own if r["quantity"].startswith(start)]
             worst = max(mine, key=lambda r: float(r["rms"]), default=None)
-            line.append(f"{float(worst['rms']):.1e}" + " (no)" * (worst["met"] == "no") if worst else "")
+            line.append(scientific(worst["rms"]) + " (no)" * (worst["met"] == "no") if worst else "")
         lines.append(line)
     counts = []
     for dt, what in (
@@ -686,36 +813,51 @@ def renew(document: str, mark: str, body: str) -> None:
     path.write_text(f"{before}{begin}\n\n{body}\n\n{end}{after}")
 
 
-def renew_measured(folder: Path) -> None:
-    """Writes the tables of measurements of a folder of results into docs/measured.md."""
-    results = Results(folder)
-    for name, make in AGAINST.items():
-        if rows := results[f"measured_{name}"]:
-            renew("docs/measured.md", name, f"{results.origin(f'measured_{name}')}.\n\n{make(rows)}")
-
-
-def renew_documents(folder: Path) -> None:
-    """Writes the tables of a folder of results into all documents."""
-    r = Results(folder)
-    for document, mark, make in (
-        ("docs/benchmarks.md", "results", summary),
-        ("README.md", "measured", measured),
-        ("docs/choosing.md", "methods", choosing_table),
-        ("docs/engine-curves.md", "engines", curves),
-    ):
-        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
-        renew(document, mark, make(r, link))
-    renew("docs/choosing.md", "profile", profile_table(r))
-    renew("README.md", "beside", f"{engines_table(r['beside'], SHOWN_BESIDE)}\n\n{versions(r['beside'])}")
-    renew("docs/engines.md", "versions", versions(r["beside"]))
-    renew("README.md", "numbers", numbers(r, "docs/benchmarks.md", "docs/engines.md"))
-    renew("docs/index.md", "numbers", numbers(r, "benchmarks.md", "engines.md"))
+def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
+    """Each part between markers: the document, the marker, the text by the link to the folder of results."""
     beside = r["beside"]
-    for document in (ROOT / "docs").glob("*.md"):
-        text = document.read_text()
-        if FIGURE.search(text):
-            document.write_text(with_figures(text, beside))
-    renew_measured(folder)
+    yield "README.md", "numbers", lambda link: numbers(r, "docs/benchmarks.md", "docs/engines.md")
+    yield "docs/index.md", "numbers", lambda link: numbers(r, "benchmarks.md", "engines.md")
+    yield "README.md", "measured", lambda link: measured(r, link)
+    yield "README.md", "beside", lambda link: f"{engines_table(beside, SHOWN_BESIDE)}\n\n{versions(beside)}"
+    yield "docs/engines.md", "versions", lambda link: versions(beside)
+    yield "docs/benchmarks.md", "results", lambda link: summary(r, link)
+    yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
+    yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
+    yield "docs/choosing.md", "reached", lambda link: reached(r["methods"])
+    yield "docs/engine-curves.md", "growth", lambda link: growth_words(r["growth"])
+    yield "docs/choosing.md", "profile", lambda link: profile_table(r)
+    origin = r.origin("robots_forms")
+    yield "docs/decisions/trees.md", "forms", lambda link: f"{origin}\n\n{forms(r['robots_forms'])}".strip()
+    large = [row for row in r["robots_large"] if row["control"] == "random"]
+    origins = r.origin("robots_large")
+    yield "docs/decisions/trees.md", "large", lambda link: f"{origins}\n\n{view(large, LARGE_SCENES)}"
+    for name, make in AGAINST.items():
+        if rows := r[f"measured_{name}"]:
+            text = f"{r.origin(f'measured_{name}')}.\n\n{make(rows)}"
+            yield "docs/measured.md", name, lambda link, text=text: text
+
+
+def pages() -> list[Path]:
+    """All that may have numbers of tables in its sentences."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def renew_documents(folder: Path) -> list[str]:
+    """Writes the tables of a folder of results into all documents; returns what cannot be made of them."""
+    r, failed = Results(folder), []
+    for document, mark, make in documents(r):
+        link = Path(os.path.relpath(folder, (ROOT / document).parent)).as_posix()
+        try:
+            renew(document, mark, make(link))
+        except (KeyError, IndexError, ValueError, StopIteration) as error:
+            failed.append(f"{document}, {mark}: {error!r}")
+    for path in pages():
+        try:
+            path.write_text(with_figures(path.read_text(), r))
+        except (KeyError, IndexError) as error:
+            failed.append(f"{path.name}: {error!r}")
+    return failed
 
 
 if __name__ == "__main__":
@@ -725,4 +867,4 @@ if __name__ == "__main__":
     options = parser.parse_args()
     print(targets(Results(options.folder)))
     if options.docs:
-        renew_documents(options.folder.resolve())
+        print(*renew_documents(options.folder.resolve()), sep="\n")

@@ -68,57 +68,42 @@ void bind_looks(nb::module_& m) {
   bind_fields<Unread>(m, "Unread");
 }
 
+// A part whose fields are keyword arguments.
+template <class T>
+T part_of(const nb::kwargs& given) {
+  T part;
+  const auto take = [&]<class Value>(const detail::Field<T, Value>& field) {
+    if (given.contains(field.name)) part.*field.member = nb::cast<Value>(given[field.name]);
+  };
+  std::apply([&](const auto&... field) { (take(field), ...); }, detail::fields<T>);
+  return part;
+}
+
 // The arithmetic of ModelBuilder: what the builder of Python makes its parts with.
 void bind_builder(nb::module_& m) {
   nb::class_<JointEnd>(m, "JointEnd")
       .def(nb::init<Index, const Transform&, const Transform&>(), nb::arg("body"), nb::arg("pose"),
            nb::arg("part"));
-  nb::class_<NewJoint>(m, "NewJoint")
-      .def(nb::init<>())
-      .def_rw("name", &NewJoint::name)
-      .def_rw("point", &NewJoint::point)
-      .def_rw("axis", &NewJoint::axis)
-      .def_rw("axis_2", &NewJoint::axis_2)
-      .def_rw("dof", &NewJoint::dof)
-      .def_rw("dofs", &NewJoint::dofs)
-      .def_rw("compliance", &NewJoint::compliance)
-      .def_rw("collide", &NewJoint::collide)
-      .def_rw("clearance", &NewJoint::clearance)
-      .def_rw("guide_length", &NewJoint::guide_length)
-      .def_rw("journal_radius", &NewJoint::journal_radius)
-      .def_rw("clearance_friction", &NewJoint::clearance_friction)
-      .def_rw("guide_normal", &NewJoint::guide_normal);
-  m.def("joint_between", &joint_between, nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("given"));
   m.def("dofs_of_kind", &dofs_of_kind, nb::arg("kind"));
   m.def(
-      "rod_between",
-      [](const std::string& name, const JointEnd& a, const JointEnd& b, const Vec3& point_a,
-         const Vec3& point_b, std::optional<double> length, std::optional<double> lower,
-         std::optional<double> upper) {
-        return rod_between(a, b,
-                           {.name = name,
-                            .point_a = point_a,
-                            .point_b = point_b,
-                            .length = length,
-                            .lower = lower,
-                            .upper = upper});
+      "joint_between",
+      [](const std::string& kind, const JointEnd& a, const JointEnd& b, const nb::kwargs& given) {
+        return joint_between(kind, a, b, part_of<NewJoint>(given));
       },
-      nb::arg("name"), nb::arg("a"), nb::arg("b"), nb::arg("point_a"), nb::arg("point_b"),
-      nb::arg("length").none(), nb::arg("lower").none(), nb::arg("upper").none());
+      nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("given"));
+  m.def(
+      "rod_between",
+      [](const JointEnd& a, const JointEnd& b, const nb::kwargs& given) {
+        return rod_between(a, b, part_of<NewRod>(given));
+      },
+      nb::arg("a"), nb::arg("b"), nb::arg("given"));
   m.def(
       "solid_of",
-      [](const std::string& who, std::optional<Shape> shape, double density, double mass,
-         std::optional<Mat3> inertia, std::optional<Vec3> centre) {
-        const MassProperties s = solid_of({.shape = std::move(shape),
-                                           .density = density,
-                                           .mass = mass,
-                                           .inertia = inertia,
-                                           .centre_of_mass = centre},
-                                          who);
+      [](const std::string& who, const nb::kwargs& given) {
+        const MassProperties s = solid_of(part_of<NewBody>(given), who);
         return std::tuple(s.mass, s.centre_of_mass, s.inertia);
       },
-      nb::arg("who"), nb::arg("shape").none(), nb::arg("density"), nb::arg("mass"), nb::arg("inertia").none(),
-      nb::arg("centre").none(), "(mass, centre, inertia) of a new body.");
+      nb::arg("who"), nb::arg("given"), "(mass, centre, inertia) of a new body.");
 }
 
 void bind_forces(nb::module_& m) {

@@ -44,6 +44,7 @@ for stones in (7, 11, 15):
     )
     plt.axvline(coulomb(stones), color=line.get_color(), linestyle=":")
 plt.xlabel("coefficient of friction")
+plt.ylim(bottom=1e-5)  # what stands moves by less: its lines leave the picture
 plt.ylabel("largest displacement of a stone in half a second (m)")
 plt.legend()
 plt.savefig("arch.png", dpi=110)

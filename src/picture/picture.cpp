@@ -81,7 +81,7 @@ class Painter {
       picture.labels.resize(static_cast<std::size_t>(width) * height);
       picture.depths.resize(picture.labels.size());
     }
-    rasterise(triangles_, width, height, band_rows * samples, 1, threads, [&](const Band& band) {
+    rasterise(triangles_, {width, height, band_rows * samples, 1}, threads, [&](const Band& band) {
       const int below = band.first == 0 ? 0 : 1;
       const std::vector<Seen> seen = layers_of(band);
       std::vector<float> row(static_cast<std::size_t>(3) * camera.width);

@@ -64,8 +64,9 @@ Vec3 weights(const ScreenTriangle& t, double column, double row) {
   return w;
 }
 
-void rasterise(std::span<const ScreenTriangle> triangles, int width, int height, int rows, int below,
-               unsigned threads, const std::function<void(const Band&)>& done) {
+void rasterise(std::span<const ScreenTriangle> triangles, const Banded& picture, unsigned threads,
+               const std::function<void(const Band&)>& done) {
+  const auto& [width, height, rows, below] = picture;
   const int count = (height + rows - 1) / rows;
   std::vector<std::vector<std::int32_t>> bins(count);
   for (std::size_t k = 0; k < triangles.size(); ++k) {
@@ -78,8 +79,9 @@ void rasterise(std::span<const ScreenTriangle> triangles, int width, int height,
   PoolLease pool(automatic_threads(threads, count));
   pool->run(count, [&](std::size_t b) {
     Band band;
-    const int first = std::max(0, static_cast<int>(b) * rows - below);
-    band.clear(first, std::min(height, (static_cast<int>(b) + 1) * rows) - first, width);
+    const int first = std::max(0, static_cast<int>(b) * picture.rows - picture.below);
+    band.clear(first, std::min(picture.height, (static_cast<int>(b) + 1) * picture.rows) - first,
+               picture.width);
     for (const std::int32_t k : bins[b]) band.fill(triangles[k], k);
     done(band);
   });

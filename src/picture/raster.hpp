@@ -23,8 +23,12 @@ struct Band {
 // The weights of the corners of a triangle at a sample; their sum is one.
 Vec3 weights(const ScreenTriangle& t, double column, double row);
 
-// Calls done(band) for each band of `rows` rows, and `below` more below it, from several threads.
-void rasterise(std::span<const ScreenTriangle> triangles, int width, int height, int rows, int below,
-               unsigned threads, const std::function<void(const Band&)>& done);
+// A picture (samples) in bands of `rows` rows, each with `below` more rows below it.
+struct Banded {
+  int width, height, rows, below;
+};
+// Calls done(band) for each band, from several threads.
+void rasterise(std::span<const ScreenTriangle> triangles, const Banded& picture, unsigned threads,
+               const std::function<void(const Band&)>& done);
 
 }  // namespace amontons

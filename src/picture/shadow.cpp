@@ -104,7 +104,7 @@ Shadows::Shadows(const PictureScene& scene, std::span<const Transform> bodies, c
   for (Map& map : maps_)
     map.depth.assign(static_cast<std::size_t>(columns_) * rows_, -std::numeric_limits<float>::infinity());
   const std::vector<ScreenTriangle> triangles = project(scene, bodies, {}, projection_);
-  rasterise(triangles, columns_, rows_, band, 0, threads, [this](const Band& seen) {
+  rasterise(triangles, {columns_, rows_, band, 0}, threads, [this](const Band& seen) {
     for (int k = 0; k < 2; ++k)
       std::transform(seen.nearness[k].begin(), seen.nearness[k].end(),
                      maps_[k].depth.begin() + static_cast<std::ptrdiff_t>(seen.first) * columns_,

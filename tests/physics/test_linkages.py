@@ -1,6 +1,7 @@
 """Joints: linkages against their kinematics, the long chain, the cradle."""
 
 import math
+from itertools import pairwise
 
 import amontons
 import numpy as np
@@ -115,9 +116,9 @@ def test_network_holds_together():
 
 
 def test_redundant_loops_pass_their_change_point():
-    # Three legs of 1 kg and 1 m swing a beam through the pose in which all lie in one line. Joints of the tree
-    # are exact, so the closing joints alone carry the errors, which that pose magnifies. If these grow from
-    # step to step the frame jams: it loses its energy.
+    # Three legs of 1 kg and 1 m swing a beam through the pose in which all lie in one line. Joints of
+    # the tree are exact, so the closing joints alone carry the errors, which that pose magnifies. If
+    # these grow from step to step the frame jams: it loses its energy.
     builder = amontons.ModelBuilder(trees="auto")
     lean = math.radians(30)
     top = np.array([math.sin(lean), 0.0, math.cos(lean)])
@@ -136,10 +137,10 @@ def test_redundant_loops_pass_their_change_point():
     feet = [np.array([x, 0.0, 0.0]) for x in (0.0, 1.0, 2.0)]
     legs = [bar(foot, foot + top) for foot in feet]
     beam = bar(top, feet[2] + top)
-    for leg, foot in zip(legs, feet):
+    for leg, foot in zip(legs, feet, strict=True):
         builder.add_revolute_joint(leg, None, point=foot, axis=(0, 1, 0))
     builder.add_revolute_joint(beam, legs[0], point=top, axis=(0, 1, 0))
-    for leg, foot in zip(legs[1:], feet[1:]):
+    for leg, foot in zip(legs[1:], feet[1:], strict=True):
         builder.add_revolute_joint(leg, beam, point=foot + top, axis=(0, 1, 0))
     sim = amontons.Simulation(builder.build(), dt=2e-3)
     heights = []
@@ -157,7 +158,7 @@ def test_chain_of_a_tree_that_becomes_taut():
     pins = np.linspace((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), 11)
     pins[:, 2] = -0.3 * (1 - pins[:, 0] ** 2)
     below = None
-    for i, (start, end) in enumerate(zip(pins, pins[1:])):
+    for start, end in pairwise(pins):
         along = end - start
         turn = -math.atan2(along[2], along[0])
         plank = builder.add_body(

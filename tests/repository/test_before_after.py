@@ -113,5 +113,5 @@ def test_committed_tables_are_read(main, root, capsys):
     results = str(root / "benchmarks" / "results" / "processor")
     assert main([results, results]) == 0
     parts = {part for part, name in lines_of(capsys) if name == "total"}
-    tables = {"kernel", "files", "steps", "simulation", "robots", "robots_2ms", "broad_phase"}
+    tables = {"kernel", "files", "steps", "simulation", "robots", "robots_2ms"}
     assert parts == tables | {"all"}

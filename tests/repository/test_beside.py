@@ -1,7 +1,6 @@
 """The scenes that other engines get from benchmarks/beside are ours, and so is what measures them."""
 
 import csv
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -463,35 +462,6 @@ def test_check_runs_suspects_again(monkeypatch, capsys):
     monkeypatch.setattr(compete, "compete", lambda *_: pair(4.0))
     assert compete.checked(pair(9.0), pair("1.5"), [case], 1.0) == 1
     assert "4 times MuJoCo's time, it was 1.5" in capsys.readouterr().out
-
-
-# Breaks when figures in sentences of the pages are not those of the table that they name, or when a comment
-# has a bar: in a cell of a table it would end the cell.
-@pytest.mark.parametrize("page", ["engines.md", "engine-curves.md", "index.md"])
-def test_figures_in_sentences_are_measured(page):
-    import report
-    from common import RESULTS, read_csv
-
-    text = (Path(__file__).parents[2] / "docs" / page).read_text()
-    table = read_csv(RESULTS / "beside" / "beside.csv")
-    assert table
-    assert report.with_figures(text, table) == text
-    assert not re.search(r"<!--[^>]*\|[^>]*-->", text)
-    if page == "engines.md":
-        assert len(report.FIGURE.findall(text)) > 10
-
-
-# Breaks when the table of the README is not that of beside.csv, or a page does not say which versions were
-# measured.
-def test_shown_tables_are_measured():
-    import report
-    from common import RESULTS, read_csv
-
-    root, table = Path(__file__).parents[2], read_csv(RESULTS / "beside" / "beside.csv")
-    made = report.engines_table(table, report.SHOWN_BESIDE)
-    assert "| amontons |" in made
-    assert f"{made}\n\n{report.versions(table)}" in (root / "README.md").read_text()
-    assert report.versions(table) in (root / "docs" / "engines.md").read_text()
 
 
 # Breaks when the committed table holds a tuned setting that does nothing, or a row without version or manual.

@@ -110,5 +110,5 @@ def test_the_programs_run(corpus, profile, tmp_path, monkeypatch, capsys):
         sys, "argv", ["p.py", "--quick", "--corpus", str(tmp_path / "c"), "--out", str(tmp_path / "r")]
     )
     profile.main()
-    assert (tmp_path / "r" / "profile.png").exists()
+    assert (tmp_path / "r" / "profile.csv").exists()
     assert "that a method does" in capsys.readouterr().out

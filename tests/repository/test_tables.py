@@ -1,6 +1,7 @@
 """Tables of benchmarks carry the revision, the date, the command and the processor of their run."""
 
 import csv
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,36 @@ def test_a_table_is_written_with_its_origin(tmp_path):
 def test_committed_tables_are_listed():
     named = {path.name for path in TABLES.parent.glob("*.csv")} - {"tables.csv", "soak.csv"}
     assert {row["table"] for row in rows(TABLES)} == named
+
+
+# Breaks when a table is kept that no part of `make bench` renews, or its line names another program.
+def test_every_table_has_its_part():
+    done = run("import run_all; sys.argv[1:] = ['--list']; run_all.main()")
+    assert done.returncode == 0, done.stderr
+    renewed = {name for line in done.stdout.splitlines() for name in re.findall(r"(\w+\.csv)", line)}
+    for folder in (TABLES.parent, TABLES.parents[1] / "beside"):
+        for row in rows(folder / "tables.csv"):
+            assert row["table"] in renewed | {"environment.csv"}
+            program = re.search(r"benchmarks/(\w+\.py)|-m (\w+)", row["command"])
+            assert program
+            assert (ROOT / "benchmarks" / (program[1] or program[2])).exists()
+
+
+# Breaks when a part that fails, or takes too long, ends the run, or is not named.
+def test_a_part_that_fails_does_not_end_the_run(tmp_path):
+    code = (
+        "import run_all\n"
+        "part = lambda name, *words, limit=1.0: run_all.Part(name, words, (), limit)\n"
+        "run_all.PARTS = (part('late', '-c', 'import time; time.sleep(60)', limit=0.01),\n"
+        "    part('bad', '-c', 'raise SystemExit(3)'), part('good', '-c', 'print(1)'))\n"
+        "sys.exit(run_all.main())"
+    )
+    done = run(code, "--quick", "--out", str(tmp_path), "--skip", "none")
+    assert "invalid choice" in done.stderr
+    done = run(code, "--quick", "--out", str(tmp_path))
+    assert done.returncode == 1, done.stderr
+    failed = [line for line in done.stdout.splitlines() if line.startswith("FAILED")]
+    assert [line.split()[1] for line in failed] == ["late", "bad"]
 
 
 # Breaks when the check passes a table that was measured before the last change of the step or by another

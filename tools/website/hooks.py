@@ -35,7 +35,7 @@ SHOWN = """<iframe id="hero" src="replays/wall.html" data-plain="replays/wall.ht
 <p class="hero"><label><input type="checkbox" id="forces"> Force network</label>
 <span>Drag to turn, wheel to zoom, bar to scrub; click a brick.</span></p>
 """
-FIGURE = re.compile(r" <!-- \S+; [^;]+; \w+ -->")
+FIGURE = re.compile(r" <!-- [^;>]+; [^>]+? -->")
 """The comment behind a measured number, with its row and column: its space would stand before a comma."""
 log = logging.getLogger("mkdocs.plugins.amontons")
 # What a browser fetches by itself when it opens a page: all but links that one follows.

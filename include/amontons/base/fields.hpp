@@ -35,4 +35,29 @@ Named(const char*, Value) -> Named<Value>;
 template <class E>
 inline constexpr auto values_of = 0;
 
+// AMONTONS_FIELDS(Body, name, mass) is the table of two fields of Body, AMONTONS_VALUES(Kind, hinge, slide)
+// that of an enumeration whose values have their names in C++. Both stand in this namespace. The macro of
+// each entry puts the rest of the list behind itself, which the preprocessor expands in the next of 64 scans.
+#define AMONTONS_FIELDS(T, ...)     \
+  template <>                       \
+  inline constexpr auto fields<T> = \
+      std::tuple(AMONTONS_SCANS(AMONTONS_EACH(AMONTONS_FIELD, T, __VA_ARGS__)))
+#define AMONTONS_VALUES(T, ...)                                   \
+  template <>                                                     \
+  inline constexpr auto values_of<T> = std::array {               \
+    AMONTONS_SCANS(AMONTONS_EACH(AMONTONS_VALUE, T, __VA_ARGS__)) \
+  }
+#define AMONTONS_FIELD(T, x) \
+  Field { #x, &T::x }
+#define AMONTONS_VALUE(T, x) \
+  Named { #x, T::x }
+#define AMONTONS_EACH(what, T, x, ...) \
+  what(T, x) __VA_OPT__(, AMONTONS_NEXT AMONTONS_PARENTHESES(what, T, __VA_ARGS__))
+#define AMONTONS_PARENTHESES ()
+#define AMONTONS_NEXT() AMONTONS_EACH
+#define AMONTONS_SCANS(...) AMONTONS_SCANS4(AMONTONS_SCANS4(AMONTONS_SCANS4(AMONTONS_SCANS4(__VA_ARGS__))))
+#define AMONTONS_SCANS4(...) AMONTONS_SCANS3(AMONTONS_SCANS3(AMONTONS_SCANS3(AMONTONS_SCANS3(__VA_ARGS__))))
+#define AMONTONS_SCANS3(...) AMONTONS_SCAN(AMONTONS_SCAN(AMONTONS_SCAN(AMONTONS_SCAN(__VA_ARGS__))))
+#define AMONTONS_SCAN(...) __VA_ARGS__
+
 }  // namespace amontons::detail

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..guidance import guided
 from .composing import NAMED, NAMELESS, KeyframePart, bottom, whole_keyframe
 from .drives import Actuator, Tendon
+from .fields import inertia_matrix
 from .links import Link
 from .mass import MassProperties
 from .model import FRICTION_RULES, TREE_TERMS, TREES, Model, index_of, no_model
@@ -30,7 +31,6 @@ from .parts import (
     Material,
     Motor,
     PairMaterial,
-    inertia_matrix,
 )
 from .presets import Unread
 from .sensing import Sensor, Site
@@ -488,18 +488,14 @@ def _mass_properties(
     who: str, shape: Shape | None, density: float | None, mass: float | None, inertia: Any, centre: Any
 ) -> MassProperties:
     """Mass properties from the arguments of add_body, zero by default."""
-    density = None if density is None else positive(f"{who}: density", density)
-    mass = None if mass is None else positive(f"{who}: mass", mass)
-    return MassProperties.of(
-        _core.solid_of(
-            who,
-            None if shape is None else shape.core,
-            density or 0.0,
-            mass or 0.0,
-            None if inertia is None else inertia_matrix(f"{who}: inertia", inertia),
-            None if centre is None else vector3(f"{who}: centre_of_mass", centre),
-        )
-    )
+    given = {
+        "shape": None if shape is None else shape.core,
+        "density": 0.0 if density is None else positive(f"{who}: density", density),
+        "mass": 0.0 if mass is None else positive(f"{who}: mass", mass),
+        "inertia": None if inertia is None else inertia_matrix(f"{who}: inertia", inertia),
+        "centre_of_mass": None if centre is None else vector3(f"{who}: centre_of_mass", centre),
+    }
+    return MassProperties.of(_core.solid_of(who, **given))
 
 
 def _or_default(material: Material | None) -> Material:

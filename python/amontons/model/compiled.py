@@ -145,7 +145,7 @@ class Parts:
             return Transform(*map(tuple, value))
         if isinstance(value, list):
             return self._list(value)
-        if annotation == "float | None" and value < 0:  # as the compiled module marks a missing coefficient
+        if annotation == "NonNegative | None" and value < 0:  # how the compiled module marks none
             return None
         return value
 

@@ -14,7 +14,7 @@ from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
 from .joint_options import Limits, bounds
 from .parts import OWN, WORLD, Joint
-from .transforms import IDENTITY, Transform
+from .transforms import IDENTITY, ORIGIN, Transform
 
 Joints = Mapping[int | str, float] | Sequence[TendonTerm]
 Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
@@ -61,12 +61,8 @@ class DriveBuilder(JointBuilder):
         joints: Joints | None = None,
         path: Path | None = None,
         limits: Limits = None,
-        stiffness: float = 0.0,
         rest: float | Numbers = 0.0,
-        damping: float = 0.0,
-        friction: float = 0.0,
-        armature: float = 0.0,
-        closed: bool = False,
+        **fields: Any,
     ) -> int:
         """Add a tendon and return its index.
 
@@ -75,9 +71,8 @@ class DriveBuilder(JointBuilder):
         path: of a spatial tendon, the points (body, position in the body frame) that it passes through in
         this order, and PathElements for obstacles that it bends around and for pulleys.
         limits: (lower, upper) of the length, None for no bound (m, or the unit of the coordinates).
-        stiffness, rest: of a spring (N/m) without force at the length `rest`, or between two lengths.
-        damping: N s/m. friction: largest force of dry friction (N). armature: inertia of the drive (kg).
-        closed: a belt around two parallel cylinders, the only elements of its path.
+        rest: the length at which the spring has no force, or two lengths between which it has none.
+        fields: any other of `Tendon`, as stiffness, damping, friction, armature and closed.
 
         A rope rubs where a PathElement has friction. It then needs an upper limit, its length, or a stiffness
         beyond its rest length, and nothing else acts along it. `Simulation.forces.tensions` has its tensions.
@@ -89,20 +84,10 @@ class DriveBuilder(JointBuilder):
         with about(who):
             lower, upper = bounds((None, None) if limits is None else limits)
             rest_lower, rest_upper = one_or_two("rest", rest)
-            tendon = Tendon(
-                name,
-                _terms(() if joints is None else joints),
-                tuple(map(_element, sequence("path", () if path is None else path))),
-                lower,
-                upper,
-                stiffness,
-                rest_lower,
-                rest_upper,
-                damping,
-                friction,
-                armature,
-                closed,
-            )
+            terms = _terms(() if joints is None else joints)
+            stops = tuple(map(_element, sequence("path", () if path is None else path)))
+            both = {"lower": lower, "upper": upper, "rest_lower": rest_lower, "rest_upper": rest_upper}
+            tendon = Tendon(name, terms, stops, **(both | fields))
         return self.add(tendon)
 
     def _term(self, term: TendonTerm) -> TendonTerm:
@@ -121,27 +106,18 @@ class DriveBuilder(JointBuilder):
         name: str | None = None,
         *,
         joint: int | str | None = None,
-        dof: int = 0,
         tendon: int | str | None = None,
         body: int | str | None = None,
-        position: Numbers = (0.0, 0.0, 0.0),
-        orientation: Numbers = IDENTITY,
-        force: Numbers = (0.0, 0.0, 0.0),
-        torque: Numbers = (0.0, 0.0, 0.0),
         transmission: Transmission | None = None,
-        gear: float = 1.0,
         law: str = "effort",
         kp: float = 0.0,
         kd: float = 0.0,
         gain: Numbers | None = None,
         bias: Numbers | None = None,
-        control: float = 0.0,
         control_limits: Limits = None,
         force_limits: Limits = None,
-        dynamics: str = "none",
-        time_constant: float = 0.0,
-        activation: float = 0.0,
         activation_limits: Limits = None,
+        **fields: Any,
     ) -> int:
         """Add an actuator and return its index; `Simulation.set_control` commands it.
 
@@ -150,34 +126,19 @@ class DriveBuilder(JointBuilder):
         both in the body frame (a thruster); or a transmission.
         law: "effort": effort = control - kd l'; "position": effort = kp (control - l) - kd l'; "velocity":
         effort = kd (control - l'). gain, bias: any affine law in place of it, see `Actuator`.
-        control: initial. control_limits, force_limits, activation_limits: (lower, upper), None for no bound.
-        dynamics: "none"; "integrator" or "filter" (with time_constant, s): the control drives an activation,
-        which takes its place in the law.
+        control_limits, force_limits, activation_limits: (lower, upper), None for no bound.
+        fields: dof, gear, force, torque of `Transmission`, position and orientation of its frame, and any
+        other of `Actuator`, as control, dynamics, time_constant and activation.
         """
         name = self._new_name("actuator", name)
         with about(f'actuator "{name}"'):
-            if sum(place is not None for place in (joint, tendon, body, transmission)) != 1:
+            places = {"dof": joint, "tendon": tendon, "wrench": body, "": transmission}
+            given = {kind: place for kind, place in places.items() if place is not None}
+            if len(given) != 1:
                 raise InputError("give one of joint, tendon, body and transmission to act on")
-            if joint is not None:
-                transmission = Transmission("dof", joint=joint, dof=dof, gear=gear)
-            elif tendon is not None:
-                transmission = Transmission("tendon", tendon=tendon, gear=gear)
-            elif body is not None:
-                factor, frame = number("gear", gear), Transform.named("actuator", position, orientation)
-                pushed, turned = (_times(factor, *what) for what in (("force", force), ("torque", torque)))
-                transmission = Transmission(
-                    "wrench", body=body, frame=frame, force=pushed, torque=turned, own_axes=True
-                )
-            actuator = Actuator(
-                name,
-                transmission,  # type: ignore[arg-type]
-                **_law(law, kp, kd, gain, bias),
-                control=control,
-                dynamics=dynamics,
-                time_constant=time_constant,
-                activation=activation,
-                **_limits(control=control_limits, force=force_limits, activation=activation_limits),
-            )
+            limits = _limits(control=control_limits, force=force_limits, activation=activation_limits)
+            through = transmission or _transmission(*given.popitem(), fields)
+            actuator = Actuator(name, through, **_law(law, kp, kd, gain, bias), **(limits | fields))
         return self.add(actuator)
 
     def _placed(self, t: Transmission) -> Transmission:
@@ -226,6 +187,20 @@ def _element(stop: Any) -> PathElement:
             f"path has {shown(stop)}; give (body, position in its frame), or a PathElement"
         ) from None
     return PathElement(body=body, frame=Transform(vector3("position", position)))
+
+
+def _transmission(kind: str, place: Any, given: dict[str, Any]) -> Transmission:
+    """That of a kind to a place; takes the fields that are its own out of those given."""
+    if kind != "wrench":
+        own: dict[str, Any] = {key: given.pop(key) for key in ("dof", "gear") if key in given}
+        own["joint" if kind == "dof" else "tendon"] = place
+        return Transmission(kind, **own)
+    at = [given.pop(key, none) for key, none in (("position", ORIGIN.position), ("orientation", IDENTITY))]
+    factor = number("gear", given.pop("gear", 1.0))
+    push: dict[str, Any] = {
+        key: _times(factor, key, given.pop(key, (0.0, 0.0, 0.0))) for key in ("force", "torque")
+    }
+    return Transmission("wrench", body=place, frame=Transform.named("actuator", *at), own_axes=True, **push)
 
 
 def _times(factor: float, what: str, vector: Numbers) -> Vector3:

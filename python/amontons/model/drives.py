@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import _core
-from ..checks import Vector3, chosen, entries, flag, named, sequence, shown, vector3
-from ..errors import InputError
-from .parts import WORLD, fill, numbers, words
+from ..checks import Vector3, chosen
+from ..guidance import guided
+from .fields import Part, Real
+from .parts import WORLD, words
 from .transforms import ORIGIN, Transform
 
 PATHS = words(_core.PathKind)
@@ -18,7 +19,7 @@ ACTIVATIONS = words(_core.ActivationKind)
 
 
 @dataclass(frozen=True)
-class TendonTerm:
+class TendonTerm(Part, called="tendon term"):
     """One joint coordinate in a fixed tendon.
 
     >>> parts.TendonTerm(joint=0, coefficient=0.5).coefficient
@@ -30,12 +31,9 @@ class TendonTerm:
     dof: int = 0
     coefficient: float = 1.0
 
-    def __post_init__(self) -> None:
-        numbers(self, "tendon term: ", "coefficient")
-
 
 @dataclass(frozen=True)
-class PathElement:
+class PathElement(Part):
     """One element of the path of a spatial tendon: a point, an obstacle to wrap around, or a pulley.
 
     >>> parts.PathElement("point", body=0, frame=Transform((0, 0, 0.1))).kind
@@ -66,13 +64,12 @@ class PathElement:
 
     def __post_init__(self) -> None:
         chosen("kind of path element", self.kind, PATHS)
-        numbers(self, f"{self.kind}: ", "radius", "divisor", "friction", "turns")
-        if self.side is not None:
-            fill(self, side=vector3("side", self.side))
+        self._settle(f"{self.kind}: ")
 
 
+@guided
 @dataclass(frozen=True)
-class Tendon:
+class Tendon(Part, called="tendon"):
     """A tendon: a length that follows from joint coordinates or a path, with limits, spring and friction.
 
     Fixed: the linear combination `terms` of joint coordinates, in their unit. Spatial: the length of `path`
@@ -87,8 +84,8 @@ class Tendon:
     name: str = ""
     terms: tuple[TendonTerm, ...] = ()
     path: tuple[PathElement, ...] = ()
-    lower: float = -math.inf
-    upper: float = math.inf
+    lower: Real = -math.inf
+    upper: Real = math.inf
     """limits of the length (m, or the unit of the terms)"""
     stiffness: float = 0.0
     """of a spring without force between the rest lengths (N/m, N m/rad)"""
@@ -104,23 +101,12 @@ class Tendon:
     """a belt: the path is two parallel cylinders, around the outside of which the tendon runs"""
 
     def __post_init__(self) -> None:
-        who = named("tendon", self.name)
-        fill(
-            self,
-            closed=flag(who + "closed", self.closed),
-            terms=tuple(sequence(who + "terms", self.terms)),
-            path=tuple(sequence(who + "path", self.path)),
-        )
-        numbers(self, who, "lower", "upper", infinite=True)
-        if self.lower > self.upper:
-            raise InputError(
-                f"{who}the lower limit {self.lower:g} exceeds the upper one {self.upper:g}; swap them"
-            )
-        numbers(self, who, "stiffness", "rest_lower", "rest_upper", "damping", "friction", "armature")
+        self._in_order(self._settle())
 
 
+@guided
 @dataclass(frozen=True)
-class Transmission:
+class Transmission(Part, called="transmission"):
     """The transmission of an actuator: a length l (m or rad). A unit effort does a unit of work per unit of
     l.
 
@@ -154,13 +140,12 @@ class Transmission:
 
     def __post_init__(self) -> None:
         chosen("kind of transmission", self.kind, TRANSMISSIONS)
-        fill(self, force=vector3("force", self.force), torque=vector3("torque", self.torque))
-        fill(self, own_axes=flag("own_axes", self.own_axes))
-        numbers(self, "transmission: ", "rod", "gear")
+        self._settle()
 
 
+@guided
 @dataclass(frozen=True)
-class Actuator:
+class Actuator(Part, called="actuator"):
     """A drive with a control: see `Simulation.set_control` and `ModelBuilder.add_actuator`.
 
     effort = clip((g0 + g1 l + g2 l') w + b0 + b1 l + b2 l', force limits) with gain g, bias b, the length l
@@ -176,13 +161,13 @@ class Actuator:
     transmission: Transmission = Transmission()
     gain: tuple[float, float, float] = (1.0, 0.0, 0.0)
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    lower_force: float = -math.inf
-    upper_force: float = math.inf
+    lower_force: Real = -math.inf
+    upper_force: Real = math.inf
     """N or N m"""
     control: float = 0.0
     """initial"""
-    lower_control: float = -math.inf
-    upper_control: float = math.inf
+    lower_control: Real = -math.inf
+    upper_control: Real = math.inf
     dynamics: str = "none"
     """of the activation w: none (w = control) | integrator (w' = control) | filter (w' = (control - w) /
     time_constant)"""
@@ -190,24 +175,16 @@ class Actuator:
     """s"""
     activation: float = 0.0
     """initial"""
-    lower_activation: float = -math.inf
-    upper_activation: float = math.inf
+    lower_activation: Real = -math.inf
+    upper_activation: Real = math.inf
     early: bool = False
     """the effort takes the activation of the end of the step, not of its start"""
 
     def __post_init__(self) -> None:
-        who = named("actuator", self.name)
         chosen("dynamics of an actuator", self.dynamics, ACTIVATIONS)
-        if not isinstance(self.transmission, Transmission):
-            raise InputError(f"{who}transmission is {shown(self.transmission)}; give a Transmission")
-        fill(self, gain=entries(who + "gain", self.gain, 3), bias=entries(who + "bias", self.bias, 3))
-        fill(self, early=flag("early", self.early))
-        numbers(self, who, "control", "time_constant", "activation")
-        for what in ("force", "control", "activation"):
-            numbers(self, who, f"lower_{what}", f"upper_{what}", infinite=True)
-            lower, upper = getattr(self, f"lower_{what}"), getattr(self, f"upper_{what}")
-            if lower > upper:
-                raise InputError(f"{who}lower_{what} {lower:g} exceeds upper_{what} {upper:g}; swap them")
+        who = self._settle()
+        for end in ("_force", "_control", "_activation"):
+            self._in_order(who, end)
 
     def clipped(self, control: float) -> float:
         """The control within its limits, as it acts."""

@@ -227,8 +227,8 @@ class JointBuilder(ABC):
             lower = 0.0 if lower == -math.inf else number(f"{who}: shortest", lower)
             upper = number(f"{who}: longest", upper, infinite=True)
         ends, links = self._ends(who, a, b)
-        core = _core.rod_between(name, *ends, *points, length, lower, upper)
-        return self._joined(core, links, fields)
+        given = {"name": name, "point_a": points[0], "point_b": points[1], "length": length}
+        return self._joined(_core.rod_between(*ends, **given, lower=lower, upper=upper), links, fields)
 
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, also of links, its frames are in them."""
@@ -261,22 +261,21 @@ class JointBuilder(ABC):
         """Adds a joint of a kind of the compiled builder, with points, axes and clearance in `given`."""
         name = self._checked(f"add_{kind}_joint", options, known)
         who = f'joint "{name}"'
-        new = _core.NewJoint()
-        new.name = name
+        new: dict[str, Any] = {"name": name}
         for key, value in given.items():
             if value is None:
                 continue
             check = checks.point if key == "point" else number if key in CLEARANCE else unit_vector
-            setattr(new, AXES.get(key, key), check(f"{who}: {key}", value))
+            new[AXES.get(key, key)] = check(f"{who}: {key}", value)
         with about(who):
             fields = joint_fields(options)
             if known is BallOptions:
-                new.dof = to_core(ball_dof(options))
+                new["dof"] = to_core(ball_dof(options))
             else:
                 count = _core.dofs_of_kind(kind)
-                new.dofs = [to_core(dof) for dof in dofs_of(count, options)]
+                new["dofs"] = [to_core(dof) for dof in dofs_of(count, options)]
         ends, links = self._ends(who, a, b)
-        return self._joined(_core.joint_between(kind, *ends, new), links, fields)
+        return self._joined(_core.joint_between(kind, *ends, **new), links, fields)
 
     def _joined(self, core: Any, links: tuple[int, int], fields: Mapping[str, Any]) -> int:
         """Adds a joint that the compiled builder made, with fields that are good."""

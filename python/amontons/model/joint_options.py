@@ -30,39 +30,27 @@ class JointOptions(TypedDict, total=False):
 
 
 class BallOptions(JointOptions, total=False):
-    """Options of a free rotation."""
+    """Options of a free rotation: fields of `Dof`, about all axes."""
 
     stiffness: float
-    """of a spring towards the initial relative orientation (N m/rad)"""
     damping: float
-    """N m s/rad"""
     friction: float
-    """largest torque of dry friction (N m)"""
     limit: float | None
     """the largest angle of rotation (rad), None for no bound"""
     armature: float
-    """inertia of the drive (kg m^2)"""
 
 
 class DofOptions(JointOptions, total=False):
-    """Options of a joint of one degree of freedom, a slide or a hinge."""
+    """Options of a joint of one degree of freedom: fields of `Dof`."""
 
     limits: Limits
-    """m or rad"""
     stiffness: float
-    """of a spring (N/m or N m/rad)"""
     rest: float
-    """the coordinate at which the spring has no force (m or rad)"""
     damping: float
-    """of a damper (N s/m or N m s/rad)"""
     friction: float
-    """largest force or torque of dry friction (N or N m)"""
     friction_static: float | None
-    """the same where it stuck (N or N m), >= friction"""
     stribeck_speed: float
-    """rate at which dry friction has fallen from friction_static towards friction (m/s or rad/s)"""
     armature: float
-    """inertia of the drive (kg or kg m^2)"""
     motor: Motor | None
 
 

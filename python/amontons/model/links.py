@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import Array, Matrix3, Vector3, named, vector3
+from ..checks import Array, Matrix3, Vector3
 from ..errors import InputError
+from .fields import Part
 from .mass import NOTHING
-from .parts import OWN, WORLD, Body, Geom, Joint, fill, inertia_matrix, numbers
+from .parts import OWN, WORLD, Body, Geom, Joint
 from .sensing import Sensor, Site
 from .transforms import ORIGIN, Transform
 from .visuals import Visual
@@ -31,7 +32,7 @@ def places_of(bodies: Sequence[int], frames: Sequence[Transform]) -> Places:
 
 
 @dataclass(frozen=True)
-class Link:
+class Link(Part, called="link"):
     """A part of a body that has a name of its own: a fixed joint of a file holds it there.
 
     Mass and inertia of the body include those of its links.
@@ -54,12 +55,6 @@ class Link:
     """in the frame of the link (m)"""
     inertia: Matrix3 = NOTHING.inertia
     """about its centre of mass, in its own axes (kg m^2)"""
-
-    def __post_init__(self) -> None:
-        who = named("link", self.name)
-        numbers(self, who, "mass")
-        fill(self, centre_of_mass=vector3(f"{who}centre_of_mass", self.centre_of_mass))
-        fill(self, inertia=inertia_matrix(f"{who}inertia", self.inertia))
 
 
 def check_links(

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from .. import _core
-from ..checks import (
-    Matrix3,
-    Vector3,
-    chosen,
-    entries,
-    flag,
-    named,
-    number,
-    point,
-    positive,
-    sequence,
-    shown,
-    unit_vector,
-    vector3,
-)
+from ..checks import Matrix3, Vector3, chosen
 from ..errors import InputError
 from ..guidance import former_names, guided
-from .mass import NOTHING, as_matrix
+from .fields import Bits, Direction, NonNegative, Part, Point, Positive, Real
+from .mass import NOTHING
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
 
@@ -45,18 +31,6 @@ DOFS = words(_core.DofKind)
 JOINTS = words(_core.JointKind)
 
 
-def fill(thing: object, **values: Any) -> None:
-    """Set fields of a frozen part while it is made."""
-    for name, value in values.items():
-        object.__setattr__(thing, name, value)
-
-
-def numbers(thing: Any, what: str, *names: str, infinite: bool = False) -> None:
-    """Make floats of the fields of these names; InputError if one is none."""
-    for name in names:
-        fill(thing, **{name: number(f"{what}{name}", getattr(thing, name), infinite=infinite)})
-
-
 def require_static(what: str, kinetic: float, static: float | None) -> None:
     """InputError if friction at rest is less than that in motion, which no surface has."""
     if static is not None and static < kinetic:
@@ -68,7 +42,7 @@ def require_static(what: str, kinetic: float, static: float | None) -> None:
 
 @guided
 @dataclass(frozen=True)
-class Material:
+class Material(Part, called="material"):
     """Contact properties of a surface.
 
     Frictions of two surfaces combine by the model's rule, static ones too; of restitutions, torsional and
@@ -79,44 +53,34 @@ class Material:
     0.4
     """
 
-    friction: float = 0.5
+    friction: NonNegative = 0.5
     """Coulomb's mu, >= 0"""
     restitution: float = 0.0
     """e in [0, 1]: u_n after = -e u_n before"""
-    compliance: float = 0.0
+    compliance: NonNegative = 0.0
     """of one contact point (m/N), 0 is rigid"""
-    relaxation_time: float = 0.0
+    relaxation_time: NonNegative = 0.0
     """of a compliant contact, damping over stiffness (s), >= 0; of two the mean by compliance"""
-    rest_offset: float = 0.0
+    rest_offset: NonNegative = 0.0
     """the distance from the surface at which things touch it (m), >= 0"""
-    friction_across: float | None = None
+    friction_across: NonNegative | None = None
     """mu across the geom's friction_direction, >= 0, `friction` then is that along it; None: the same all
     round"""
-    torsional_friction: float = 0.0
+    torsional_friction: NonNegative = 0.0
     """largest moment about the normal over the normal force, of each contact point (m), >= 0"""
-    rolling_friction: float = 0.0
+    rolling_friction: NonNegative = 0.0
     """largest moment in the tangent plane over the normal force, of each contact point (m), >= 0"""
-    friction_static: float | None = None
+    friction_static: NonNegative | None = None
     """mu of a contact that stuck in the last step, or is new, >= friction; None: `friction`"""
-    stribeck_speed: float = 0.0
+    stribeck_speed: NonNegative = 0.0
     """slip v_s (m/s) in mu = friction + (friction_static - friction) exp(-(v / v_s)^2) of a contact that
     slipped with v in the last step; 0: mu falls to `friction` at once"""
 
     def __post_init__(self) -> None:
-        limits = (
-            "friction", "compliance", "relaxation_time", "rest_offset", "torsional_friction",
-            "rolling_friction", "stribeck_speed",
-        )  # fmt: skip
-        for name in ("friction_across", "friction_static"):
-            if getattr(self, name) is not None:
-                limits = (*limits, name)
-        numbers(self, "material: ", "restitution", *limits)
-        for name in limits:
-            if getattr(self, name) < 0:
-                raise InputError(f"material: {name} is {getattr(self, name):g}; it must not be negative")
+        who = self._settle()
         if not 0 <= self.restitution <= 1:
-            raise InputError(f"material: restitution is {self.restitution:g}; it must lie in [0, 1]")
-        require_static("material: ", self.friction, self.friction_static)
+            raise InputError(f"{who}restitution is {self.restitution:g}; it must lie in [0, 1]")
+        require_static(who, self.friction, self.friction_static)
 
 
 MOTOR_TERMS = {
@@ -134,7 +98,7 @@ MOTOR_TERMS = {
 
 @guided
 @dataclass(frozen=True)
-class Motor:
+class Motor(Part, called="motor"):
     """Drive of one degree of freedom of a joint; its control is one of `Simulation.controls`.
 
     >>> builder = ModelBuilder()
@@ -152,7 +116,7 @@ class Motor:
     """meaning of the control: none | effort (force or torque) | velocity | position"""
     control: float = 0.0
     """control at the start (N or N m; m/s or rad/s; m or rad)"""
-    max_effort: float = math.inf
+    max_effort: Real = math.inf
     """largest effort in either direction, > 0 (N or N m)"""
     kp: float = 0.0
     """stiffness of a position motor (N/m or N m/rad): effort = kp (control - q) - kd q'. With 0 the motor
@@ -163,8 +127,7 @@ class Motor:
 
     def __post_init__(self) -> None:
         chosen("motor kind", self.kind, MOTORS, MOTOR_TERMS)
-        numbers(self, "motor: ", "control", "kp", "kd")
-        numbers(self, "motor: ", "max_effort", infinite=True)
+        self._settle()
         if self.kp and self.kind != "position":
             raise InputError(
                 f"motor: kp is of position motors; a motor of the kind {self.kind} takes "
@@ -178,7 +141,7 @@ class Motor:
 
 
 @dataclass(frozen=True)
-class Dof:
+class Dof(Part):
     """One degree of freedom of a joint; its coordinate is the displacement (m) or angle (rad) of A from B.
 
     >>> Dof("hinge", axis=(0, 0, 1), lower=-1, upper=1, damping=0.1).damping
@@ -187,12 +150,12 @@ class Dof:
 
     kind: str = "hinge"
     """hinge (about the axis) | slide (along it)"""
-    axis: Vector3 = (0.0, 0.0, 1.0)
+    axis: Direction = (0.0, 0.0, 1.0)
     """in frame_b at zero coordinates"""
-    anchor: Vector3 = (0.0, 0.0, 0.0)
+    anchor: Point = (0.0, 0.0, 0.0)
     """a point of the axis of a hinge, in frame_b (m)"""
-    lower: float = -math.inf
-    upper: float = math.inf
+    lower: Real = -math.inf
+    upper: Real = math.inf
     stiffness: float = 0.0
     """N/m or N m/rad"""
     rest: float = 0.0
@@ -206,35 +169,25 @@ class Dof:
     motor: Motor = Motor()
     name: str = ""
     """of its coordinate in `Model.coordinates`; "" takes that of the joint"""
-    lower_effort: float = -math.inf
-    upper_effort: float = math.inf
+    lower_effort: Real = -math.inf
+    upper_effort: Real = math.inf
     """bounds of the sum that actuators put on it, themselves or by fixed tendons, as far as their efforts do
     not depend on the motion (N, N m)"""
-    friction_static: float | None = None
+    friction_static: NonNegative | None = None
     """largest dry friction where it stuck in the last step (N or N m), >= friction; None: `friction`"""
-    stribeck_speed: float = 0.0
+    stribeck_speed: NonNegative = 0.0
     """rate (m/s or rad/s) at which dry friction has fallen towards `friction`, as in `Material`; 0: it falls
     at once"""
 
     def __post_init__(self) -> None:
         chosen("kind of degree of freedom", self.kind, DOFS)
-        fill(self, axis=unit_vector("axis", self.axis), anchor=point("anchor", self.anchor))
-        numbers(self, "", "lower", "upper", "lower_effort", "upper_effort", infinite=True)
-        lower, upper = self.lower, self.upper
-        if lower > upper:
-            raise InputError(f"the lower limit {lower:g} exceeds the upper one {upper:g}; swap them")
-        numbers(self, "", "stiffness", "rest", "damping", "friction", "armature", "stribeck_speed")
-        if self.friction_static is not None:
-            numbers(self, "", "friction_static")
+        self._settle()
+        self._in_order("")
         require_static("", self.friction, self.friction_static)
-        if self.stribeck_speed < 0:
-            raise InputError(f"stribeck_speed is {self.stribeck_speed:g}; it must not be negative")
-        if not isinstance(self.motor, Motor):
-            raise InputError(f'motor is {shown(self.motor)}; give a Motor, as Motor("position", kp=100)')
 
 
 @dataclass(frozen=True)
-class Body:
+class Body(Part, called="body"):
     """A rigid body; its frame is any frame fixed in it.
 
     >>> parts.Body("ball", mass=2, inertia=np.diag([0.1, 0.1, 0.1])).mass
@@ -260,32 +213,12 @@ class Body:
     """its weight over mass times gravity: 0 floats, 1 is usual"""
 
     def __post_init__(self) -> None:
-        who = named("body", self.name)
         chosen("motion", self.motion, MOTIONS, {"fixed": "static"})
-        numbers(self, who, "mass", "gravity_scale")
-        for name in ("centre_of_mass", "linear_velocity", "angular_velocity"):
-            fill(self, **{name: vector3(who + name, getattr(self, name))})
-        fill(self, inertia=inertia_matrix(who + "inertia", self.inertia))
-
-
-def inertia_matrix(what: str, values: Any) -> Matrix3:
-    """A tensor of principal moments (3,) or (3, 3)."""
-    if isinstance(values, Sequence) or hasattr(values, "__len__"):
-        rows = list(values)
-        if len(rows) == 3 and not hasattr(rows[0], "__len__"):
-            a, b, c = entries(what, rows, 3)
-            return ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
-        if len(rows) == 3:
-            m = tuple(vector3(f"{what}[{i}]", row) for i, row in enumerate(rows))
-            scale = max(abs(x) for row in m for x in row)
-            if all(abs(m[i][j] - m[j][i]) <= _core.ASYMMETRY * scale for i in range(3) for j in range(i)):
-                return as_matrix(m)
-            raise InputError(f"{what} is not symmetric; symmetrise it")
-    raise InputError(f"{what} must be principal moments (3,) or a matrix (3, 3)")
+        self._settle()
 
 
 @dataclass(frozen=True)
-class Geom:
+class Geom(Part, called="geom"):
     """A shape on a body, or on the world.
 
     >>> scenes.make("pendulum").geoms[0].shape
@@ -300,10 +233,10 @@ class Geom:
     material: Material = Material()
     surface_velocity: Vector3 = (0.0, 0.0, 0.0)
     """of the surface relative to the body, in body axes (m/s): conveyors, tracks"""
-    category: int = 1
+    category: Bits = 1
     """bits; two geoms may touch if the category of one shares a bit with the mask of the other"""
-    mask: int = 1
-    friction_direction: Vector3 | None = None
+    mask: Bits = 1
+    friction_direction: Direction | None = None
     """along which `material.friction` is, in body axes, of any length; its tangential part counts"""
     surface_spin: Vector3 = (0.0, 0.0, 0.0)
     """of the surface about the origin of the geom, in body axes (rad/s): turntables, rollers"""
@@ -311,36 +244,17 @@ class Geom:
     """the link of the body that it belongs to, an index of `Model.links`; OWN: none"""
 
     def __post_init__(self) -> None:
-        who = named("geom", self.name)
-        if not isinstance(self.shape, Shape):
-            raise InputError(
-                f"{who}shape is {shown(self.shape)}; give one of amontons.shapes, as Sphere(0.1)"
-            )
-        if not isinstance(self.material, Material):
-            raise InputError(
-                f"{who}material is {shown(self.material)}; give a Material, as Material(friction=0.5)"
-            )
-        fill(self, surface_velocity=vector3(who + "surface_velocity", self.surface_velocity))
-        fill(self, surface_spin=vector3(who + "surface_spin", self.surface_spin))
-        if self.friction_direction is not None:
-            direction = unit_vector(who + "friction_direction", self.friction_direction)
-            fill(self, friction_direction=direction)
-        elif self.material.friction_across is not None:
+        who = self._settle()
+        if self.friction_direction is None and self.material.friction_across is not None:
             raise InputError(
                 f"{who}friction_across = {self.material.friction_across:g} is friction across a direction; "
                 "give friction_direction, in body axes"
             )
-        for name in ("category", "mask"):
-            bits = getattr(self, name)
-            if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits < 2**32:
-                raise InputError(
-                    f"{who}{name} is {shown(bits)}; it must be 32 bits, an integer from 0 to 2^32 - 1"
-                )
 
 
 @former_names(play="clearance", play_length="guide_length", play_friction="clearance_friction")
 @dataclass(frozen=True)
-class Joint:
+class Joint(Part, called="joint"):
     """Frame A in body A follows frame B in body B through the degrees of freedom, one after the other.
 
     No degree of freedom fixes the bodies to each other. Impulses act on A and, opposite, on B. `ModelBuilder`
@@ -369,13 +283,13 @@ class Joint:
     """N m s/rad"""
     ball_friction: float = 0.0
     """N m"""
-    ball_limit: float = math.inf
+    ball_limit: Real = math.inf
     """the largest angle of rotation (rad)"""
     ball_armature: float = 0.0
     """inertia of the drive (kg m^2)"""
     lower_distance: float = 0.0
     """m"""
-    upper_distance: float = 0.0
+    upper_distance: Real = 0.0
     """m"""
     compliance: float = 0.0
     """of the locked directions (m/N), 0 is rigid"""
@@ -397,26 +311,15 @@ class Joint:
     link_b: int = OWN
 
     def __post_init__(self) -> None:
-        who = named("joint", self.name)
         chosen("kind of joint", self.kind, JOINTS)
-        fill(
-            self,
-            dofs=tuple(sequence("dofs", self.dofs)),
-            spherical=flag("spherical", self.spherical),
-            collide=flag("collide", self.collide),
-            closes_loop=flag("closes_loop", self.closes_loop),
-        )
-        numbers(self, who, "ball_stiffness", "ball_damping", "ball_friction", "ball_armature")
-        numbers(self, who, "lower_distance", "compliance")
-        numbers(self, who, "clearance", "guide_length", "journal_radius", "clearance_friction")
-        numbers(self, who, "ball_limit", "upper_distance", infinite=True)
+        who = self._settle()
         lower, upper = self.lower_distance, self.upper_distance
         if self.kind == "distance" and not 0 <= lower <= upper:
             raise InputError(f"{who}limits are ({lower:g}, {upper:g}); they must be 0 <= lower <= upper")
 
 
 @dataclass(frozen=True)
-class Coupling:
+class Coupling(Part, called="coupling"):
     """Coordinate a = a polynomial in coordinate b: gears, racks, mimics.
 
     A coordinate is that of a joint's degree of freedom or, where a tendon is named, its length.
@@ -439,15 +342,9 @@ class Coupling:
     backlash: float = 0.0
     """free travel of coordinate a, half of it on either side (m or rad)"""
 
-    def __post_init__(self) -> None:
-        who = named("coupling", self.name)
-        values = sequence(f"{who}coefficients", self.coefficients)
-        fill(self, coefficients=entries(f"{who}coefficients", values, len(values)))
-        numbers(self, who, "compliance", "backlash")
-
 
 @dataclass(frozen=True)
-class PairMaterial:
+class PairMaterial(Part):
     """A pair of geoms with a material of its own, which replaces the combination of both.
 
     Its friction_across is across the friction_direction of the geoms, of geom A of the contact if both have
@@ -464,15 +361,9 @@ class PairMaterial:
     always: bool = False
     """whether they may touch whatever category, mask, exclusions and joints say"""
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InputError(
-                f"material is {shown(self.material)}; give a Material, as Material(friction=0.5)"
-            )
-
 
 @dataclass(frozen=True)
-class Fluid:
+class Fluid(Part, called="fluid"):
     """The fluid around bodies with a `FluidBox`.
 
     >>> parts.Fluid(density=1000, viscosity=1e-3, wind=(0.1, 0, 0)).density
@@ -486,16 +377,12 @@ class Fluid:
     wind: Vector3 = (0.0, 0.0, 0.0)
     """velocity of the fluid, world axes (m/s)"""
 
-    def __post_init__(self) -> None:
-        numbers(self, "fluid: ", "density", "viscosity")
-        fill(self, wind=vector3("fluid: wind", self.wind))
-
 
 NO_FLUID = Fluid()
 
 
 @dataclass(frozen=True)
-class FluidBox:
+class FluidBox(Part, called="fluid box"):
     """Fluid forces on a body as on a box: Stokes' drag and dynamic pressure on its faces.
 
     With the mean edge d, edges b, and the velocity v and spin w along its axes: the force is -(3 pi d
@@ -512,12 +399,9 @@ class FluidBox:
     size: Vector3
     """edges (m), >= 0"""
 
-    def __post_init__(self) -> None:
-        fill(self, size=vector3("fluid box: size", self.size))
-
 
 @dataclass(frozen=True)
-class Bond:
+class Bond(Part, called="bond"):
     """A point at which two bodies hold together, as mortar does, until it breaks for good.
 
     It pulls the bodies together with `tension`. Their contact bears the pull: so they resist opening up to
@@ -536,16 +420,9 @@ class Bond:
     point_a: Vector3
     point_b: Vector3
     """in the frames of the bodies (m); one place before anything moves"""
-    normal: Vector3
+    normal: Direction
     """unit vector from B to A, in the frame of body B"""
-    tension: float
+    tension: Positive
     """N, > 0"""
-    opening: float
+    opening: Positive
     """m, > 0; tension times opening is the energy that a break takes (J)"""
-
-    def __post_init__(self) -> None:
-        for name in ("point_a", "point_b"):
-            fill(self, **{name: vector3(f"bond: {name}", getattr(self, name))})
-        fill(self, normal=unit_vector("bond: normal", self.normal))
-        fill(self, tension=positive("bond: tension", self.tension))
-        fill(self, opening=positive("bond: opening", self.opening))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..checks import entries, frozen, indices, named, reals, shown
 from ..errors import InputError
-from .parts import OWN, WORLD, fill
+from .parts import OWN, WORLD
 from .shapes import Shape
 from .transforms import ORIGIN, Transform
 
@@ -41,7 +41,8 @@ class TriangleMesh:
             raise InputError(
                 f"TriangleMesh: a triangle names vertex {triangles.max()}; there are {len(vertices)}"
             )
-        fill(self, vertices=frozen(vertices), triangles=frozen(triangles))
+        object.__setattr__(self, "vertices", frozen(vertices))
+        object.__setattr__(self, "triangles", frozen(triangles))
 
     def __repr__(self) -> str:
         return f"TriangleMesh({len(self.vertices)} vertices, {len(self.triangles)} triangles)"
@@ -73,4 +74,4 @@ class Visual:
             colour = entries(f"{who}colour", self.colour, 4)
             if not all(0 <= part <= 1 for part in colour):
                 raise InputError(f"{who}colour is {colour}; its four parts must lie in [0, 1]")
-            fill(self, colour=colour)
+            object.__setattr__(self, "colour", colour)

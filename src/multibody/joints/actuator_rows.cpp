@@ -85,8 +85,8 @@ void append_actuator(const RowInput& in, Index index, const ActuatedLine& line, 
     return;
   }
   terms->c += line.offset;
-  append_bounded(in.options.kick * law.lower / s, in.options.kick * law.upper / s, line.row, *terms,
-                 in.state.actuator_impulses[index] * G / s, tag, rows);
+  append_bounded(in.options.kick * law.lower / s, in.options.kick * law.upper / s,
+                 {line.row, in.state.actuator_impulses[index] * G / s, tag}, *terms, rows);
 }
 
 void append_actuator_rows(const RowInput& in, JointRows& rows) {

@@ -140,8 +140,8 @@ double append_motor(const RowInput& in, const DofRow& d, JointRows& rows) {
     terms.c = within_limits(d, terms.c, in.options);
     terms.restraint = Restraint::held;
   }
-  append_bounded(kick * motor.max_effort / d.scale, d.row, terms, d.last.motor / d.scale,
-                 d.tag(RowKind::motor), rows);
+  append_bounded(kick * motor.max_effort / d.scale, {d.row, d.last.motor / d.scale, d.tag(RowKind::motor)},
+                 terms, rows);
   return std::abs(terms.c);
 }
 
@@ -152,9 +152,9 @@ void append_limits(const RowInput& in, const DofRow& d, double motor_speed, Join
   const double s = d.scale, last = d.last.limit / s;
   const double above = s * (d.q - d.dof.lower), below = s * (d.dof.upper - d.q);
   if (d.dof.lower == d.dof.upper)
-    return append_equality(in, d.row, above, 0, last, d.tag(RowKind::limit), rows);
-  append_inequality(in, d.row, above, 0, motor_speed, last, d.tag(RowKind::limit), rows);
-  append_inequality(in, -1.0 * d.row, below, 0, motor_speed, -last, d.tag(RowKind::limit, -1), rows);
+    return append_equality(in, {d.row, last, d.tag(RowKind::limit)}, above, 0, rows);
+  append_inequality(in, {d.row, last, d.tag(RowKind::limit)}, above, 0, motor_speed, rows);
+  append_inequality(in, {-1.0 * d.row, -last, d.tag(RowKind::limit, -1)}, below, 0, motor_speed, rows);
 }
 
 }  // namespace
@@ -191,8 +191,8 @@ void append_dof_rows(const RowInput& in, const JointContext& joint, JointRows& r
     const double slip = in.state.dof_slips.empty() ? 0 : in.state.dof_slips[first + i];
     const double friction = friction_at(dof.friction, dof.friction_static, dof.stribeck_speed, slip);
     if (friction > 0)
-      append_bounded(in.options.kick * friction / s, d.row, {0, 0}, d.last.friction / s,
-                     d.tag(RowKind::friction), rows);
+      append_bounded(in.options.kick * friction / s, {d.row, d.last.friction / s, d.tag(RowKind::friction)},
+                     {0, 0}, rows);
     append_limits(in, d, motor_speed, rows);
   }
 }

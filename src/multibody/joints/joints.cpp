@@ -34,7 +34,7 @@ void append_locked_rows(const RowInput& in, const JointContext& joint, JointRows
     RowTag tag{RowKind::locked, joint.index, -1};
     tag.force = w.linear;
     tag.torque = w.angular + cross(joint.arm, w.linear);
-    append_equality(in, joint_row(joint, w), dot(w, joint.chain.error), joint.joint->compliance, x0, tag,
+    append_equality(in, {joint_row(joint, w), x0, tag}, dot(w, joint.chain.error), joint.joint->compliance,
                     rows);
   }
 }
@@ -54,7 +54,7 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
   if (rod.lower_distance == rod.upper_distance) {
     RowTag tag{RowKind::locked, joint.index, -1};
     tag.force = direction;
-    append_equality(in, row, distance - rod.lower_distance, rod.compliance, last, tag, rows);
+    append_equality(in, {row, last, tag}, distance - rod.lower_distance, rod.compliance, rows);
     return;
   }
   // Ends of the range: C = |p| - lower >= 0 pushes the points apart, C = upper - |p| >= 0 pulls them
@@ -64,7 +64,7 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
     const double gap = sign > 0 ? distance - rod.lower_distance : rod.upper_distance - distance;
     RowTag tag{RowKind::distance, joint.index, -1};
     tag.force = sign * direction;
-    append_inequality(in, sign * row, gap, rod.compliance, 0, sign * last, tag, rows);
+    append_inequality(in, {sign * row, sign * last, tag}, gap, rod.compliance, 0, rows);
   }
 }
 
@@ -122,7 +122,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   // start.
   const double bound = kick * ball.ball_friction / s;
   for (int k = 0; bound > 0 && k < 3; ++k)
-    append_bounded(bound, rotation_row(axis(k)), {0, 0}, driven ? 0 : last[k] / s, tag_of(RowKind::ball, k),
+    append_bounded(bound, {rotation_row(axis(k)), driven ? 0 : last[k] / s, tag_of(RowKind::ball, k)}, {0, 0},
                    rows);
 
   // r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 the direction is undefined, but no
@@ -133,7 +133,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   RowTag tag = tag_of(RowKind::limit, -1);
   tag.torque = -s * outward;
   const double last_limit = -dot(outward, in.state.joint_wrenches[joint.index].torque) / s;
-  append_inequality(in, -1.0 * rotation_row(outward), s * (ball.ball_limit - angle), 0, 0, last_limit, tag,
+  append_inequality(in, {-1.0 * rotation_row(outward), last_limit, tag}, s * (ball.ball_limit - angle), 0, 0,
                     rows);
 }
 

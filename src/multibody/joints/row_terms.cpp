@@ -70,37 +70,35 @@ double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) 
 
 // A tree may lock the direction of a row: a planar loop holds itself in its plane. D M^-1 D' with the joints
 // of the tree is then zero up to rounding, and a compliance relative to it no compliance. Free bodies set it.
-void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
-                     const RowTag& tag, JointRows& rows) {
+void append_equality(const RowInput& in, const RowPlace& at, double error, double e, JointRows& rows) {
   const double inverse_mass =
-      in.model.lightness(row.body_a, row.body_b) * inverse_effective_mass(row, in.bodies.mobility);
+      in.model.lightness(at.row.body_a, at.row.body_b) * inverse_effective_mass(at.row, in.bodies.mobility);
   JointOptions options = in.options;
   if (in.bodies.trees) options.recovery_speed = options.closing_speed;
-  rows.append(Bilateral{}, row, equality_terms(error, e, inverse_mass, options), last, tag);
+  rows.append(Bilateral{}, at.row, equality_terms(error, e, inverse_mass, options), at.last, at.tag);
 }
 
-void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
-                       double last, const RowTag& tag, JointRows& rows) {
+void append_inequality(const RowInput& in, const RowPlace& at, double gap, double e, double motor_speed,
+                       JointRows& rows) {
   if (!(gap < infinity)) return;
-  const double start = std::abs(row_velocity(row, in.bodies.start));
-  const double free = std::abs(row_velocity(row, in.bodies.free));
+  const double start = std::abs(row_velocity(at.row, in.bodies.start));
+  const double free = std::abs(row_velocity(at.row, in.bodies.free));
   if (!within_reach(gap, std::max({start, free, motor_speed}), in.options)) return;
   const double h = in.options.h;
   RowTerms terms{e / (h * in.options.kick), gap / h};
   if (e == 0) terms = {0, closing(gap, in.options), Restraint::inequality, gap};
-  rows.append(NonNegative{}, row, terms, std::max(last, 0.0), tag);
+  rows.append(NonNegative{}, at.row, terms, std::max(at.last, 0.0), at.tag);
 }
 
-void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
-                    const RowTag& tag, JointRows& rows) {
-  append_bounded(-bound, bound, row, terms, last, tag, rows);
+void append_bounded(double bound, const RowPlace& at, const RowTerms& terms, JointRows& rows) {
+  append_bounded(-bound, bound, at, terms, rows);
 }
 
-void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
-                    const RowTag& tag, JointRows& rows) {
+void append_bounded(double lower, double upper, const RowPlace& at, const RowTerms& terms, JointRows& rows) {
   // An interval without ends is the whole line; linear systems are solved faster.
-  if (lower == -infinity && upper == infinity) return rows.append(Bilateral{}, row, terms, last, tag);
-  rows.append(Interval{lower, upper}, row, terms, std::clamp(last, lower, upper), tag);
+  if (lower == -infinity && upper == infinity)
+    return rows.append(Bilateral{}, at.row, terms, at.last, at.tag);
+  rows.append(Interval{lower, upper}, at.row, terms, std::clamp(at.last, lower, upper), at.tag);
 }
 
 }  // namespace amontons

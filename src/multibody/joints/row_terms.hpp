@@ -37,20 +37,23 @@ RowTerms equality_terms(double error, double e, double inverse_mass, const Joint
 // c of a rigid inequality: a gap may close within the step; a negative gap is corrected as an error.
 double closing(double gap, const JointOptions& options);
 
-// The rows themselves. `last` is the impulse of the last step along the row; it becomes the warm start after
-// the projection on the set of the row.
-void append_equality(const RowInput& in, const JacobianRow& row, double error, double e, double last,
-                     const RowTag& tag, JointRows& rows);
+// Where a row acts, its impulse in the last step, which becomes the warm start after the projection on the
+// set of the row, and the place of its impulse.
+struct RowPlace {
+  const JacobianRow& row;
+  double last;
+  const RowTag& tag;
+};
+// The rows themselves.
+void append_equality(const RowInput& in, const RowPlace& at, double error, double e, JointRows& rows);
 // Appends nothing if the gap cannot close within the step. motor_speed: speed that a motor along the row
 // demands.
-void append_inequality(const RowInput& in, const JacobianRow& row, double gap, double e, double motor_speed,
-                       double last, const RowTag& tag, JointRows& rows);
+void append_inequality(const RowInput& in, const RowPlace& at, double gap, double e, double motor_speed,
+                       JointRows& rows);
 // bound: limit of |x|, N s; infinite for an unlimited effort.
-void append_bounded(double bound, const JacobianRow& row, const RowTerms& terms, double last,
-                    const RowTag& tag, JointRows& rows);
+void append_bounded(double bound, const RowPlace& at, const RowTerms& terms, JointRows& rows);
 // The same with asymmetric bounds of x.
-void append_bounded(double lower, double upper, const JacobianRow& row, const RowTerms& terms, double last,
-                    const RowTag& tag, JointRows& rows);
+void append_bounded(double lower, double upper, const RowPlace& at, const RowTerms& terms, JointRows& rows);
 
 // Forces along a coordinate by a law: spring, damper and inertia, and a constant effort.
 struct Drive {

@@ -61,12 +61,13 @@ struct TendonRow {
 };
 enum Part : Index { drive, spring, friction, limit };  // the order of TendonImpulse
 
-// `sign` +1: the row of a gap that increases with the length.
-void append_end(const RowInput& in, const TendonRow& t, double sign, double gap, double compliance, Part part,
-                double last, JointRows& rows) {
+// An end of the slack of the spring, or a limit. `sign` +1: the row of a gap that increases with the length.
+void append_end(const RowInput& in, const TendonRow& t, double sign, double gap, Part part, JointRows& rows) {
   const std::size_t first = rows.c.size();
-  append_inequality(in, sign * t.narrow.row, t.s * gap, t.s * t.s * compliance, t.speed, sign * last / t.s,
-                    t.tag(part, sign), rows);
+  const double compliance = part == spring ? 1 / t.tendon.stiffness : 0;
+  const double last = part == spring ? t.last.spring : t.last.limit;
+  append_inequality(in, {sign * t.narrow.row, sign * last / t.s, t.tag(part, sign)}, t.s * gap,
+                    t.s * t.s * compliance, t.speed, rows);
   for (std::size_t i = first; i < rows.c.size(); ++i) rows.c[i] += sign * t.narrow.offset;
 }
 
@@ -79,8 +80,8 @@ void append_springs(const RowInput& in, const TendonRow& t, JointRows& rows) {
     both.stiffness = d.stiffness;
     both.stretch = t.length - d.rest_lower;
   } else if (d.stiffness > 0) {
-    append_end(in, t, 1, t.length - d.rest_lower, 1 / d.stiffness, spring, t.last.spring, rows);
-    append_end(in, t, -1, d.rest_upper - t.length, 1 / d.stiffness, spring, t.last.spring, rows);
+    append_end(in, t, 1, t.length - d.rest_lower, spring, rows);
+    append_end(in, t, -1, d.rest_upper - t.length, spring, rows);
   }
   if (auto terms = drive_terms(both, t.s, t.inverse_mass, in.options)) {
     terms->c += t.narrow.offset;
@@ -95,8 +96,8 @@ void append_limits(const RowInput& in, const TendonRow& t, double inverse_mass, 
     terms.c += t.narrow.offset;
     return rows.append(Bilateral{}, t.narrow.row, terms, t.last.limit / t.s, t.tag(limit));
   }
-  append_end(in, t, 1, t.length - d.lower, 0, limit, t.last.limit, rows);
-  append_end(in, t, -1, d.upper - t.length, 0, limit, t.last.limit, rows);
+  append_end(in, t, 1, t.length - d.lower, limit, rows);
+  append_end(in, t, -1, d.upper - t.length, limit, rows);
 }
 
 // Whether a tendon has a row in this step; a slack string has none, and no helpers.
@@ -190,8 +191,8 @@ void append_tendon_rows(const RowInput& in, JointRows& rows) {
       const TendonRow row{d, index, s, line.length, speed, start / s, inverse_mass, last, narrow};
       append_springs(in, row, rows);
       if (d.friction > 0)
-        append_bounded(in.options.kick * d.friction / s, narrow.row, {0, narrow.offset}, last.friction / s,
-                       row.tag(friction), rows);
+        append_bounded(in.options.kick * d.friction / s, {narrow.row, last.friction / s, row.tag(friction)},
+                       {0, narrow.offset}, rows);
       append_limits(in, row, inverse_mass, rows);
     }
     for (const Index a : actuators)

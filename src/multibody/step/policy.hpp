@@ -10,7 +10,7 @@ struct Policy {
 
   // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
   // method takes about as long as a search. Positions are not corrected then, and contacts do not turn ahead:
-  // both search again (benchmarks/deadlines.py).
+  // both search again (benchmarks/budgets.py).
   double least_searches = 6;
   // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
   // later.
@@ -22,7 +22,7 @@ struct Policy {
   std::size_t few_blocks = 40;
   // Time or work left (relative): limit of impacts, of position solves and of one solve. Later ones, the look
   // ahead and the safe step keep the rest. At most as much is reserved for work after the solve. With 0.7 9
-  // of 200 steps of a wall with a budget of 25 ms end late (benchmarks/deadlines.py).
+  // of 200 steps of a wall with a budget of 25 ms end late (benchmarks/budgets.py).
   double share_of_part = 0.5;
 
   // Solve.

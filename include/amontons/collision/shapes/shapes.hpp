@@ -39,26 +39,19 @@ template <class S>
 inline constexpr auto shape_name = nullptr;
 template <>
 inline constexpr auto shape_name<Sphere> = "Sphere";
-template <>
-inline constexpr auto fields<Sphere> = std::tuple(Field{"radius", &Sphere::radius});
+AMONTONS_FIELDS(Sphere, radius);
 template <>
 inline constexpr auto shape_name<Capsule> = "Capsule";
-template <>
-inline constexpr auto fields<Capsule> =
-    std::tuple(Field{"radius", &Capsule::radius}, Field{"half_length", &Capsule::half_length});
+AMONTONS_FIELDS(Capsule, radius, half_length);
 template <>
 inline constexpr auto shape_name<Box> = "Box";
-template <>
-inline constexpr auto fields<Box> = std::tuple(Field{"half", &Box::half});
+AMONTONS_FIELDS(Box, half);
 template <>
 inline constexpr auto shape_name<Cylinder> = "Cylinder";
-template <>
-inline constexpr auto fields<Cylinder> =
-    std::tuple(Field{"radius", &Cylinder::radius}, Field{"half_length", &Cylinder::half_length});
+AMONTONS_FIELDS(Cylinder, radius, half_length);
 template <>
 inline constexpr auto shape_name<Ellipsoid> = "Ellipsoid";
-template <>
-inline constexpr auto fields<Ellipsoid> = std::tuple(Field{"radii", &Ellipsoid::radii});
+AMONTONS_FIELDS(Ellipsoid, radii);
 template <>
 inline constexpr auto shape_name<Plane> = "Plane";
 template <>

@@ -107,39 +107,15 @@ struct Unread {
 };
 
 namespace detail {
-template <>
-inline constexpr auto fields<PictureMesh> =
-    std::tuple(Field{"vertices", &PictureMesh::vertices}, Field{"triangles", &PictureMesh::triangles});
-template <>
-inline constexpr auto fields<NamedLink> = std::tuple(
-    Field{"name", &NamedLink::name}, Field{"body", &NamedLink::body}, Field{"frame", &NamedLink::frame},
-    Field{"carrier", &NamedLink::carrier}, Field{"joint", &NamedLink::joint}, Field{"mass", &NamedLink::mass},
-    Field{"centre_of_mass", &NamedLink::centre_of_mass}, Field{"inertia", &NamedLink::inertia});
-template <>
-inline constexpr auto fields<Site> = std::tuple(Field{"name", &Site::name}, Field{"body", &Site::body},
-                                                Field{"frame", &Site::frame}, Field{"shape", &Site::shape});
-template <>
-inline constexpr auto fields<Sensor> = std::tuple(
-    Field{"name", &Sensor::name}, Field{"kind", &Sensor::kind}, Field{"body", &Sensor::body},
-    Field{"frame", &Sensor::frame}, Field{"reference", &Sensor::reference},
-    Field{"reference_frame", &Sensor::reference_frame}, Field{"source", &Sensor::source},
-    Field{"shape", &Sensor::shape}, Field{"bodies", &Sensor::bodies}, Field{"field", &Sensor::field},
-    Field{"cutoff", &Sensor::cutoff}, Field{"link", &Sensor::link}, Field{"links", &Sensor::links});
-template <>
-inline constexpr auto fields<Visual> = std::tuple(
-    Field{"name", &Visual::name}, Field{"body", &Visual::body}, Field{"frame", &Visual::frame},
-    Field{"shape", &Visual::shape}, Field{"colour", &Visual::colour}, Field{"link", &Visual::link});
-template <>
-inline constexpr auto fields<Keyframe> = std::tuple(
-    Field{"name", &Keyframe::name}, Field{"time", &Keyframe::time}, Field{"positions", &Keyframe::positions},
-    Field{"orientations", &Keyframe::orientations}, Field{"linear_velocities", &Keyframe::linear_velocities},
-    Field{"angular_velocities", &Keyframe::angular_velocities},
-    Field{"joint_coordinates", &Keyframe::joint_coordinates}, Field{"controls", &Keyframe::controls},
-    Field{"activations", &Keyframe::activations});
-template <>
-inline constexpr auto fields<Unread> =
-    std::tuple(Field{"place", &Unread::place}, Field{"element", &Unread::element},
-               Field{"what", &Unread::what}, Field{"effect", &Unread::effect});
+AMONTONS_FIELDS(PictureMesh, vertices, triangles);
+AMONTONS_FIELDS(NamedLink, name, body, frame, carrier, joint, mass, centre_of_mass, inertia);
+AMONTONS_FIELDS(Site, name, body, frame, shape);
+AMONTONS_FIELDS(Sensor, name, kind, body, frame, reference, reference_frame, source, shape, bodies, field,
+                cutoff, link, links);
+AMONTONS_FIELDS(Visual, name, body, frame, shape, colour, link);
+AMONTONS_FIELDS(Keyframe, name, time, positions, orientations, linear_velocities, angular_velocities,
+                joint_coordinates, controls, activations);
+AMONTONS_FIELDS(Unread, place, element, what, effect);
 }  // namespace detail
 
 }  // namespace amontons

@@ -71,6 +71,13 @@ struct NewRod {
   bool collide = false;
 };
 
+namespace detail {
+AMONTONS_FIELDS(NewBody, shape, density, mass, inertia, centre_of_mass);
+AMONTONS_FIELDS(NewJoint, name, point, axis, axis_2, dof, dofs, compliance, collide, clearance, guide_length,
+                journal_radius, clearance_friction, guide_normal);
+AMONTONS_FIELDS(NewRod, name, point_a, point_b, length, lower, upper);
+}  // namespace detail
+
 // The end of a joint: a body, its initial pose, and in it the frame of the part that the joint holds.
 struct JointEnd {
   Index body = world;

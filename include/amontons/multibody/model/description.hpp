@@ -123,66 +123,24 @@ struct ModelDescription {
 };
 
 namespace detail {
-template <>
-inline constexpr auto fields<Transform> =
-    std::tuple(Field{"position", &Transform::position}, Field{"rotation", &Transform::rotation});
-template <>
-inline constexpr auto fields<Material> = std::tuple(
-    Field{"friction", &Material::friction}, Field{"restitution", &Material::restitution},
-    Field{"compliance", &Material::compliance}, Field{"relaxation_time", &Material::relaxation_time},
-    Field{"rest_offset", &Material::rest_offset}, Field{"friction_across", &Material::friction_across},
-    Field{"torsional_friction", &Material::torsional_friction},
-    Field{"rolling_friction", &Material::rolling_friction},
-    Field{"friction_static", &Material::friction_static}, Field{"stribeck_speed", &Material::stribeck_speed});
-template <>
-inline constexpr auto fields<Body> = std::tuple(
-    Field{"name", &Body::name}, Field{"motion", &Body::motion}, Field{"mass", &Body::mass},
-    Field{"centre_of_mass", &Body::centre_of_mass}, Field{"inertia", &Body::inertia},
-    Field{"gravity_scale", &Body::gravity_scale}, Field{"pose", &Body::pose},
-    Field{"linear_velocity", &Body::linear_velocity}, Field{"angular_velocity", &Body::angular_velocity});
-template <>
-inline constexpr auto fields<Geom> =
-    std::tuple(Field{"name", &Geom::name}, Field{"body", &Geom::body}, Field{"frame", &Geom::frame},
-               Field{"shape", &Geom::shape}, Field{"material", &Geom::material},
-               Field{"surface_velocity", &Geom::surface_velocity}, Field{"surface_spin", &Geom::surface_spin},
-               Field{"friction_direction", &Geom::friction_direction}, Field{"category", &Geom::category},
-               Field{"mask", &Geom::mask}, Field{"link", &Geom::link});
-template <>
-inline constexpr auto fields<PairMaterial> =
-    std::tuple(Field{"geom_a", &PairMaterial::geom_a}, Field{"geom_b", &PairMaterial::geom_b},
-               Field{"material", &PairMaterial::material}, Field{"always", &PairMaterial::always});
-template <>
-inline constexpr auto fields<Fluid> = std::tuple(
-    Field{"density", &Fluid::density}, Field{"viscosity", &Fluid::viscosity}, Field{"wind", &Fluid::wind});
-template <>
-inline constexpr auto fields<FluidBox> = std::tuple(
-    Field{"body", &FluidBox::body}, Field{"frame", &FluidBox::frame}, Field{"size", &FluidBox::size});
-template <>
-inline constexpr auto fields<Bond> = std::tuple(
-    Field{"body_a", &Bond::body_a}, Field{"body_b", &Bond::body_b}, Field{"point_a", &Bond::point_a},
-    Field{"point_b", &Bond::point_b}, Field{"normal", &Bond::normal}, Field{"tension", &Bond::tension},
-    Field{"opening", &Bond::opening});
-template <>
-inline constexpr auto fields<ModelDescription> = std::tuple(
-    Field{"gravity", &ModelDescription::gravity}, Field{"bodies", &ModelDescription::bodies},
-    Field{"geoms", &ModelDescription::geoms}, Field{"joints", &ModelDescription::joints},
-    Field{"tendons", &ModelDescription::tendons}, Field{"couplings", &ModelDescription::couplings},
-    Field{"actuators", &ModelDescription::actuators},
-    Field{"pair_materials", &ModelDescription::pair_materials},
-    Field{"excluded_bodies", &ModelDescription::excluded_bodies},
-    Field{"excluded_geoms", &ModelDescription::excluded_geoms}, Field{"fluid", &ModelDescription::fluid},
-    Field{"fluid_boxes", &ModelDescription::fluid_boxes}, Field{"bonds", &ModelDescription::bonds},
-    Field{"friction_rule", &ModelDescription::friction_rule}, Field{"trees", &ModelDescription::trees},
-    Field{"links", &ModelDescription::links}, Field{"sites", &ModelDescription::sites},
-    Field{"sensors", &ModelDescription::sensors}, Field{"visuals", &ModelDescription::visuals},
-    Field{"keyframes", &ModelDescription::keyframes}, Field{"unread", &ModelDescription::unread});
+AMONTONS_FIELDS(Transform, position, rotation);
+AMONTONS_FIELDS(Material, friction, restitution, compliance, relaxation_time, rest_offset, friction_across,
+                torsional_friction, rolling_friction, friction_static, stribeck_speed);
+AMONTONS_FIELDS(Body, name, motion, mass, centre_of_mass, inertia, gravity_scale, pose, linear_velocity,
+                angular_velocity);
+AMONTONS_FIELDS(Geom, name, body, frame, shape, material, surface_velocity, surface_spin, friction_direction,
+                category, mask, link);
+AMONTONS_FIELDS(PairMaterial, geom_a, geom_b, material, always);
+AMONTONS_FIELDS(Fluid, density, viscosity, wind);
+AMONTONS_FIELDS(FluidBox, body, frame, size);
+AMONTONS_FIELDS(Bond, body_a, body_b, point_a, point_b, normal, tension, opening);
+AMONTONS_FIELDS(ModelDescription, gravity, bodies, geoms, joints, tendons, couplings, actuators,
+                pair_materials, excluded_bodies, excluded_geoms, fluid, fluid_boxes, bonds, friction_rule,
+                trees, links, sites, sensors, visuals, keyframes, unread);
 template <>
 inline constexpr auto values_of<Motion> = std::array{
     Named{"dynamic", Motion::dynamic}, Named{"kinematic", Motion::kinematic}, Named{"static", Motion::still}};
-template <>
-inline constexpr auto values_of<FrictionRule> =
-    std::array{Named{"geometric_mean", FrictionRule::geometric_mean}, Named{"maximum", FrictionRule::maximum},
-               Named{"minimum", FrictionRule::minimum}, Named{"mean", FrictionRule::mean}};
+AMONTONS_VALUES(FrictionRule, geometric_mean, maximum, minimum, mean);
 template <>
 inline constexpr auto values_of<Trees> =
     std::array{Named{"none", Trees::none}, Named{"auto", Trees::automatic}};

@@ -99,54 +99,18 @@ struct Actuator {
 };
 
 namespace detail {
-template <>
-inline constexpr auto fields<TendonTerm> =
-    std::tuple(Field{"joint", &TendonTerm::joint}, Field{"dof", &TendonTerm::dof},
-               Field{"coefficient", &TendonTerm::coefficient});
-template <>
-inline constexpr auto values_of<PathElement::Kind> =
-    std::array{Named{"point", PathElement::Kind::point}, Named{"sphere", PathElement::Kind::sphere},
-               Named{"cylinder", PathElement::Kind::cylinder}, Named{"pulley", PathElement::Kind::pulley}};
-template <>
-inline constexpr auto fields<PathElement> = std::tuple(
-    Field{"kind", &PathElement::kind}, Field{"body", &PathElement::body}, Field{"frame", &PathElement::frame},
-    Field{"radius", &PathElement::radius}, Field{"side", &PathElement::side},
-    Field{"side_body", &PathElement::side_body}, Field{"divisor", &PathElement::divisor},
-    Field{"friction", &PathElement::friction}, Field{"turns", &PathElement::turns});
-template <>
-inline constexpr auto fields<Tendon> = std::tuple(
-    Field{"name", &Tendon::name}, Field{"terms", &Tendon::terms}, Field{"path", &Tendon::path},
-    Field{"lower", &Tendon::lower}, Field{"upper", &Tendon::upper}, Field{"stiffness", &Tendon::stiffness},
-    Field{"rest_lower", &Tendon::rest_lower}, Field{"rest_upper", &Tendon::rest_upper},
-    Field{"damping", &Tendon::damping}, Field{"friction", &Tendon::friction},
-    Field{"armature", &Tendon::armature}, Field{"closed", &Tendon::closed});
-template <>
-inline constexpr auto values_of<Transmission::Kind> = std::array{
-    Named{"dof", Transmission::Kind::dof}, Named{"tendon", Transmission::Kind::tendon},
-    Named{"wrench", Transmission::Kind::wrench}, Named{"slider_crank", Transmission::Kind::slider_crank}};
-template <>
-inline constexpr auto fields<Transmission> =
-    std::tuple(Field{"kind", &Transmission::kind}, Field{"joint", &Transmission::joint},
-               Field{"dof", &Transmission::dof}, Field{"tendon", &Transmission::tendon},
-               Field{"body", &Transmission::body}, Field{"reference_body", &Transmission::reference_body},
-               Field{"frame", &Transmission::frame}, Field{"reference", &Transmission::reference},
-               Field{"force", &Transmission::force}, Field{"torque", &Transmission::torque},
-               Field{"own_axes", &Transmission::own_axes}, Field{"rod", &Transmission::rod},
-               Field{"gear", &Transmission::gear});
-template <>
-inline constexpr auto values_of<ActivationKind> =
-    std::array{Named{"none", ActivationKind::none}, Named{"integrator", ActivationKind::integrator},
-               Named{"filter", ActivationKind::filter}};
-template <>
-inline constexpr auto fields<Actuator> =
-    std::tuple(Field{"name", &Actuator::name}, Field{"transmission", &Actuator::transmission},
-               Field{"gain", &Actuator::gain}, Field{"bias", &Actuator::bias},
-               Field{"lower_force", &Actuator::lower_force}, Field{"upper_force", &Actuator::upper_force},
-               Field{"control", &Actuator::control}, Field{"lower_control", &Actuator::lower_control},
-               Field{"upper_control", &Actuator::upper_control}, Field{"dynamics", &Actuator::dynamics},
-               Field{"time_constant", &Actuator::time_constant}, Field{"activation", &Actuator::activation},
-               Field{"lower_activation", &Actuator::lower_activation},
-               Field{"upper_activation", &Actuator::upper_activation}, Field{"early", &Actuator::early});
+AMONTONS_FIELDS(TendonTerm, joint, dof, coefficient);
+AMONTONS_VALUES(PathElement::Kind, point, sphere, cylinder, pulley);
+AMONTONS_FIELDS(PathElement, kind, body, frame, radius, side, side_body, divisor, friction, turns);
+AMONTONS_FIELDS(Tendon, name, terms, path, lower, upper, stiffness, rest_lower, rest_upper, damping, friction,
+                armature, closed);
+AMONTONS_VALUES(Transmission::Kind, dof, tendon, wrench, slider_crank);
+AMONTONS_FIELDS(Transmission, kind, joint, dof, tendon, body, reference_body, frame, reference, force, torque,
+                own_axes, rod, gear);
+AMONTONS_VALUES(ActivationKind, none, integrator, filter);
+AMONTONS_FIELDS(Actuator, name, transmission, gain, bias, lower_force, upper_force, control, lower_control,
+                upper_control, dynamics, time_constant, activation, lower_activation, upper_activation,
+                early);
 }  // namespace detail
 
 }  // namespace amontons

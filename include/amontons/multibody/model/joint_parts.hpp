@@ -104,48 +104,18 @@ struct Coupling {
 };
 
 namespace detail {
-template <>
-inline constexpr auto values_of<MotorKind> =
-    std::array{Named{"none", MotorKind::none}, Named{"effort", MotorKind::effort},
-               Named{"velocity", MotorKind::velocity}, Named{"position", MotorKind::position}};
-template <>
-inline constexpr auto fields<Motor> =
-    std::tuple(Field{"kind", &Motor::kind}, Field{"control", &Motor::control},
-               Field{"max_effort", &Motor::max_effort}, Field{"kp", &Motor::kp}, Field{"kd", &Motor::kd});
-template <>
-inline constexpr auto values_of<Dof::Kind> =
-    std::array{Named{"hinge", Dof::Kind::hinge}, Named{"slide", Dof::Kind::slide}};
-template <>
-inline constexpr auto fields<Dof> = std::tuple(
-    Field{"kind", &Dof::kind}, Field{"axis", &Dof::axis}, Field{"anchor", &Dof::anchor},
-    Field{"lower", &Dof::lower}, Field{"upper", &Dof::upper}, Field{"stiffness", &Dof::stiffness},
-    Field{"rest", &Dof::rest}, Field{"damping", &Dof::damping}, Field{"friction", &Dof::friction},
-    Field{"friction_static", &Dof::friction_static}, Field{"stribeck_speed", &Dof::stribeck_speed},
-    Field{"armature", &Dof::armature}, Field{"name", &Dof::name}, Field{"lower_effort", &Dof::lower_effort},
-    Field{"upper_effort", &Dof::upper_effort}, Field{"motor", &Dof::motor});
-template <>
-inline constexpr auto values_of<JointKind> =
-    std::array{Named{"chain", JointKind::chain}, Named{"distance", JointKind::distance}};
-template <>
-inline constexpr auto fields<Joint> = std::tuple(
-    Field{"name", &Joint::name}, Field{"kind", &Joint::kind}, Field{"body_a", &Joint::body_a},
-    Field{"body_b", &Joint::body_b}, Field{"frame_a", &Joint::frame_a}, Field{"frame_b", &Joint::frame_b},
-    Field{"dofs", &Joint::dofs}, Field{"spherical", &Joint::spherical},
-    Field{"ball_stiffness", &Joint::ball_stiffness}, Field{"ball_damping", &Joint::ball_damping},
-    Field{"ball_armature", &Joint::ball_armature}, Field{"ball_friction", &Joint::ball_friction},
-    Field{"ball_limit", &Joint::ball_limit}, Field{"lower_distance", &Joint::lower_distance},
-    Field{"upper_distance", &Joint::upper_distance}, Field{"compliance", &Joint::compliance},
-    Field{"collide", &Joint::collide}, Field{"closes_loop", &Joint::closes_loop},
-    Field{"clearance", &Joint::clearance}, Field{"guide_length", &Joint::guide_length},
-    Field{"journal_radius", &Joint::journal_radius}, Field{"clearance_friction", &Joint::clearance_friction},
-    Field{"link_a", &Joint::link_a}, Field{"link_b", &Joint::link_b});
-template <>
-inline constexpr auto fields<Coupling> =
-    std::tuple(Field{"name", &Coupling::name}, Field{"joint_a", &Coupling::joint_a},
-               Field{"dof_a", &Coupling::dof_a}, Field{"joint_b", &Coupling::joint_b},
-               Field{"dof_b", &Coupling::dof_b}, Field{"coefficients", &Coupling::coefficients},
-               Field{"compliance", &Coupling::compliance}, Field{"tendon_a", &Coupling::tendon_a},
-               Field{"tendon_b", &Coupling::tendon_b}, Field{"backlash", &Coupling::backlash});
+AMONTONS_VALUES(MotorKind, none, effort, velocity, position);
+AMONTONS_FIELDS(Motor, kind, control, max_effort, kp, kd);
+AMONTONS_VALUES(Dof::Kind, hinge, slide);
+AMONTONS_FIELDS(Dof, kind, axis, anchor, lower, upper, stiffness, rest, damping, friction, friction_static,
+                stribeck_speed, armature, name, lower_effort, upper_effort, motor);
+AMONTONS_VALUES(JointKind, chain, distance);
+AMONTONS_FIELDS(Joint, name, kind, body_a, body_b, frame_a, frame_b, dofs, spherical, ball_stiffness,
+                ball_damping, ball_armature, ball_friction, ball_limit, lower_distance, upper_distance,
+                compliance, collide, closes_loop, clearance, guide_length, journal_radius, clearance_friction,
+                link_a, link_b);
+AMONTONS_FIELDS(Coupling, name, joint_a, dof_a, joint_b, dof_b, coefficients, compliance, tendon_a, tendon_b,
+                backlash);
 }  // namespace detail
 
 }  // namespace amontons

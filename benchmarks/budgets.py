@@ -1,11 +1,10 @@
-"""Whether deadlines of solves and budgets of steps are kept, and what steps that are stopped so still do.
+"""Whether budgets of steps are kept, and what steps that are stopped by the clock still do.
 
-    python benchmarks/deadlines.py [--quick] [--out FOLDER]
+    python benchmarks/budgets.py [--quick] [--out FOLDER]
 
-Writes deadlines.csv, a row per problem, law, method and deadline: how late the solves ended; and budgets.csv,
-a row per scene and budget: how late the steps were, how deep bodies overlapped, how far joints came apart,
-how much energy a step made from nothing. All on one core, in processor time, as what other programs take is
-not the solver's.
+Writes budgets.csv, a row per scene and budget: how late the steps were, how deep bodies overlapped, how far
+joints came apart, how much energy a step made from nothing. All on one core, in processor time, as what other
+programs take is not the solver's.
 """
 
 from __future__ import annotations
@@ -19,13 +18,7 @@ from typing import Any
 
 import amontons
 import amontons.scenes
-from amontons.report.comparison import single_methods
 from common import arguments, tracked, use_one_core, with_folders, write_csv
-
-REPEATS, QUICK_REPEATS = 20, 3
-DEADLINES = (1e-3, 5e-3, 2e-2)  # s
-STRUCK = 46
-"""of the steps of the spheres: most of them have just landed, and no two contacts carry the same"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +50,7 @@ WALL = Scene("wall under impact", "wall", {}, 0.0, (2.5e-2, 5e-2, 1e-1), 200)
 
 
 def allowed(limit: float) -> float:
-    """How late a solve or a step may be (s)."""
+    """How late a step may be (s)."""
     return max(0.2 * limit, 1e-3)
 
 
@@ -75,25 +68,6 @@ def columns(limit: float, late: list[float]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def struck(scene: Scene) -> amontons.vi.Problem:
-    simulation = scene.simulation(tolerance=1e-3)
-    for _ in range(STRUCK):
-        simulation.step()
-    return simulation.problem()
-
-
-def solves(
-    problem: amontons.vi.Problem, law: str, method: str, deadline: float, times: int
-) -> dict[str, Any]:
-    def solve() -> amontons.vi.Solution:
-        return problem.solve(law=law, method=method, tolerance=0, deadline=deadline, threads=1)
-
-    solve()
-    runs = [lateness(deadline, solve) for _ in range(times)]
-    residuals = [solution.residual for _, solution in runs]
-    return columns(deadline, [late for late, _ in runs]) | {"residual": median(residuals)}
-
-
 def steps(scene: Scene, budget: float, count: int) -> dict[str, Any]:
     simulation = scene.simulation(budget=budget)
     runs = [lateness(budget, simulation.step) for _ in range(count)]
@@ -109,19 +83,6 @@ def steps(scene: Scene, budget: float, count: int) -> dict[str, Any]:
     }
 
 
-def write_deadlines(out: Any, times: int) -> list[dict[str, Any]]:
-    rows = []
-    for scene in (FEW, SPHERES):
-        problem = struck(scene)
-        methods = [m for m in ("auto", *single_methods()) if m not in ("cg", "minres")]  # no contacts
-        tasks = [(law, m, d) for law in ("associated", "coulomb") for m in methods for d in DEADLINES]
-        for law, method, deadline in tracked(tasks, scene.name):
-            what = {"problem": scene.name, "contacts": problem.contacts, "law": law, "method": method}
-            rows.append(what | solves(problem, law, method, deadline, times))
-    write_csv(out / "deadlines.csv", rows)
-    return rows
-
-
 def write_budgets(out: Any, quick: bool) -> list[dict[str, Any]]:
     rows = []
     tasks = [(scene, budget) for scene in (FEW, SPHERES, WALL) for budget in scene.budgets]
@@ -135,11 +96,8 @@ def main() -> None:
     options = with_folders(arguments(__doc__).parse_args())
     use_one_core()
     warnings.simplefilter("ignore", amontons.StepWarning)
-    for r in write_deadlines(options.out, QUICK_REPEATS if options.quick else REPEATS):
-        if r["in_time"] < r["times"]:
-            print(f"deadlines: {r['problem']}, {r['law']} by {r['method']}: {told(r)}")
     for r in write_budgets(options.out, options.quick):
-        print(f"deadlines: {r['scene']}: {told(r)}, {1e3 * r['penetration']:.2g} mm deep")
+        print(f"budgets: {r['scene']}: {told(r)}, {1e3 * r['penetration']:.2g} mm deep")
 
 
 def told(row: dict[str, Any]) -> str:
