@@ -4,8 +4,7 @@
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/model/builder.hpp"
 #include "amontons/multibody/model/model_json.hpp"
-#include "bindings.hpp"
-#include "math_casters.hpp"
+#include "parts.hpp"
 
 namespace amontons::python {
 
@@ -15,26 +14,6 @@ template <class E>
 void bind_names(nb::module_& m, const char* name) {
   nb::enum_<E> kind(m, name);
   for (const auto& [text, value] : detail::values_of<E>) kind.value(text, value);
-}
-
-template <class T>
-constexpr bool is_optional = false;
-template <class T>
-constexpr bool is_optional<std::optional<T>> = true;
-
-// A class of the description with all its fields.
-template <class T>
-nb::class_<T> bind_fields(nb::module_& m, const char* name) {
-  nb::class_<T> part(m, name);
-  part.def(nb::init<>());
-  const auto bind = [&]<class Value>(const detail::Field<T, Value>& field) {
-    if constexpr (is_optional<Value>)
-      part.def_rw(field.name, field.member, nb::arg().none());
-    else
-      part.def_rw(field.name, field.member);
-  };
-  std::apply([&](const auto&... field) { (bind(field), ...); }, detail::fields<T>);
-  return part;
 }
 
 // Parts that no step reads. Python packs and unpacks the meshes of pictures.
@@ -60,23 +39,6 @@ void bind_looks(nb::module_& m) {
       .def_prop_ro(
           "key", [](const Look& look) { return reinterpret_cast<std::uintptr_t>(look.mesh.get()); },
           "Equal for looks that share a mesh.");
-  bind_fields<NamedLink>(m, "Link");
-  bind_fields<Site>(m, "Site");
-  bind_fields<Sensor>(m, "Sensor");
-  bind_fields<Visual>(m, "Visual");
-  bind_fields<Keyframe>(m, "Keyframe");
-  bind_fields<Unread>(m, "Unread");
-}
-
-// A part whose fields are keyword arguments.
-template <class T>
-T part_of(const nb::kwargs& given) {
-  T part;
-  const auto take = [&]<class Value>(const detail::Field<T, Value>& field) {
-    if (given.contains(field.name)) part.*field.member = nb::cast<Value>(given[field.name]);
-  };
-  std::apply([&](const auto&... field) { (take(field), ...); }, detail::fields<T>);
-  return part;
 }
 
 // The arithmetic of ModelBuilder: what the builder of Python makes its parts with.
@@ -87,29 +49,24 @@ void bind_builder(nb::module_& m) {
   m.def("dofs_of_kind", &dofs_of_kind, nb::arg("kind"));
   m.def(
       "joint_between",
-      [](const std::string& kind, const JointEnd& a, const JointEnd& b, const nb::kwargs& given) {
-        return joint_between(kind, a, b, part_of<NewJoint>(given));
+      [](const std::string& kind, const JointEnd& a, const JointEnd& b, const nb::callable& make,
+         const nb::kwargs& given) {
+        return PartTeller(make).told(joint_between(kind, a, b, PartReader().part<NewJoint>(given)));
       },
-      nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("given"));
+      nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("make"), nb::arg("given"));
   m.def(
       "rod_between",
-      [](const JointEnd& a, const JointEnd& b, const nb::kwargs& given) {
-        return rod_between(a, b, part_of<NewRod>(given));
+      [](const JointEnd& a, const JointEnd& b, const nb::callable& make, const nb::kwargs& given) {
+        return PartTeller(make).told(rod_between(a, b, PartReader().part<NewRod>(given)));
       },
-      nb::arg("a"), nb::arg("b"), nb::arg("given"));
+      nb::arg("a"), nb::arg("b"), nb::arg("make"), nb::arg("given"));
   m.def(
       "solid_of",
       [](const std::string& who, const nb::kwargs& given) {
-        const MassProperties s = solid_of(part_of<NewBody>(given), who);
+        const MassProperties s = solid_of(PartReader().part<NewBody>(given), who);
         return std::tuple(s.mass, s.centre_of_mass, s.inertia);
       },
       nb::arg("who"), nb::arg("given"), "(mass, centre, inertia) of a new body.");
-}
-
-void bind_forces(nb::module_& m) {
-  bind_fields<Fluid>(m, "Fluid");
-  bind_fields<FluidBox>(m, "FluidBox");
-  bind_fields<Bond>(m, "Bond");
 }
 
 }  // namespace
@@ -124,38 +81,32 @@ void bind_model(nb::module_& m) {
   bind_names<PathElement::Kind>(m, "PathKind");
   bind_names<Transmission::Kind>(m, "TransmissionKind");
   bind_names<ActivationKind>(m, "ActivationKind");
-  bind_fields<Material>(m, "Material");
-  bind_fields<Body>(m, "Body");
-  bind_fields<Geom>(m, "Geom");
-  // Models have one for each pair of some kinds of geoms; assigning fields instead takes four times as long.
-  bind_fields<PairMaterial>(m, "PairMaterial")
-      .def(
-          "__init__",
-          [](PairMaterial* self, Index a, Index b, const Material& material, bool always) {
-            new (self) PairMaterial{a, b, material, always};
-          },
-          nb::arg("geom_a"), nb::arg("geom_b"), nb::arg("material"), nb::arg("always"));
-  bind_fields<Motor>(m, "Motor");
-  bind_fields<Dof>(m, "Dof");
-  bind_fields<Joint>(m, "Joint");
-  bind_fields<Coupling>(m, "Coupling");
-  bind_forces(m);
-  bind_fields<TendonTerm>(m, "TendonTerm");
-  bind_fields<PathElement>(m, "PathElement");
-  bind_fields<Tendon>(m, "Tendon");
-  bind_fields<Transmission>(m, "Transmission");
-  bind_fields<Actuator>(m, "Actuator");
   bind_looks(m);
   bind_builder(m);
-  bind_fields<ModelDescription>(m, "ModelDescription");
-  m.def("write_model", &write_model_json, nb::arg("description"), "Its JSON text.");
-  m.def("read_model", &read_model_json, nb::arg("text"), nb::arg("who"),
-        "The description in a JSON text; InputErrors begin with `who` and name the place.");
+  m.def(
+      "write_model",
+      [](nb::handle description) {
+        return write_model_json(PartReader().part<ModelDescription>(description));
+      },
+      nb::arg("description"), "Its JSON text.");
+  m.def(
+      "read_model",
+      [](const std::string& text, const std::string& who, const nb::callable& make) {
+        const ModelDescription description = read_model_json(text, who);
+        try {
+          return PartTeller(make).fields(description);
+        } catch (const nb::python_error&) {
+          Model checked(description);  // whose message names the part
+          throw;
+        }
+      },
+      nb::arg("text"), nb::arg("who"), nb::arg("make"),
+      "The fields of a model in a JSON text; InputErrors begin with `who` and name the place.");
   nb::class_<Model>(m, "Model", "A checked description, which never changes.")
-      .def(nb::new_([](const ModelDescription& description) { return std::make_shared<Model>(description); }),
+      .def(nb::new_([](nb::handle description) {
+             return std::make_shared<Model>(PartReader().part<ModelDescription>(description));
+           }),
            nb::arg("description"))
-      .def_prop_ro(
-          "description", [](const Model& model) { return model.description(); }, "A copy.")
       .def_prop_ro("dofs", &Model::dofs)
       .def_prop_ro("length", &Model::length)
       .def_prop_ro("total_mass", &Model::total_mass)
@@ -174,7 +125,12 @@ void bind_model(nb::module_& m) {
           },
           nb::arg("depth"), "Pairs of geoms that may touch and overlap by more in the initial state.")
       .def("may_touch", &Model::may_touch, nb::arg("geom_a"), nb::arg("geom_b"))
-      .def("material", &Model::material, nb::arg("geom_a"), nb::arg("geom_b"))
+      .def(
+          "material",
+          [](const Model& model, Index a, Index b, const nb::callable& make) {
+            return PartTeller(make).told(model.material(a, b));
+          },
+          nb::arg("geom_a"), nb::arg("geom_b"), nb::arg("make"))
       .def(
           "first_dof",
           [](const Model& model, std::size_t joint) {

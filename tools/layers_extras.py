@@ -15,7 +15,7 @@ DOORS = ("amontons", "amontons.parts", "amontons.results", "amontons.shapes", "a
 OFFERED: dict[str, Collection[str]] = {
     # Values of a model, and arithmetic of poses.
     "model.assembly": ("Assembly", "Block", "DENSITY", "FRICTION"),
-    "model.compiled": ("Looks", "Parts", "to_core"),
+    "model.compiled": ("Looks", "Parts"),
     "model.coordinates": ("coordinate_name", "is_floating", "known"),
     "model.links": ("place_index",),
     "model.mass": ("MassProperties", "NOTHING", "principal"),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from amontons import Dof, InputError, Joint, Material, ModelBuilder, Motor, Simulation, Transform, shapes
+from amontons.model.compiled import Parts
 from middle import energies_in_the_middle
 
 G = 10.0
@@ -160,5 +161,5 @@ def test_pairs_combine_static_coefficients():
     builder.add_body(
         "a", shape=shapes.Sphere(0.1), density=1, position=(0, 0, 0.1), material=Material(friction=0.4)
     )
-    material = builder.build().core.material(0, 1)
+    material = builder.build().core.material(0, 1, Parts().make)
     assert (material.friction, material.friction_static) == (0.4, 0.9)

@@ -5,8 +5,8 @@
 
 // Tables of the fields of plain structs and of the values of enumerations, by name. A table stands below the
 // struct. Files and bindings are written in terms of tables, so that a new field is named once. They are the
-// reader and the writer of models and the classes of the compiled module. Python converts its parts by these
-// names (model/compiled.py). A field that no table names stays in C++.
+// reader and the writer of models, and those of the parts of Python (bindings/parts.hpp). A field that no
+// table names stays in C++.
 namespace amontons::detail {
 
 template <class Owner, class Value>

@@ -489,7 +489,7 @@ def _mass_properties(
 ) -> MassProperties:
     """Mass properties from the arguments of add_body, zero by default."""
     given = {
-        "shape": None if shape is None else shape.core,
+        "shape": shape,
         "density": 0.0 if density is None else positive(f"{who}: density", density),
         "mass": 0.0 if mass is None else positive(f"{who}: mass", mass),
         "inertia": None if inertia is None else inertia_matrix(f"{who}: inertia", inertia),

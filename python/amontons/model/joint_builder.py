@@ -11,7 +11,7 @@ from .. import _core, checks
 from ..checks import Numbers, about, changed, number, shown, unit_vector
 from ..errors import InputError
 from ..guidance import guided
-from .compiled import Parts, to_core
+from .compiled import Parts
 from .joint_options import (
     BallOptions,
     DofOptions,
@@ -228,7 +228,8 @@ class JointBuilder(ABC):
             upper = number(f"{who}: longest", upper, infinite=True)
         ends, links = self._ends(who, a, b)
         given = {"name": name, "point_a": points[0], "point_b": points[1], "length": length}
-        return self._joined(_core.rod_between(*ends, **given, lower=lower, upper=upper), links, fields)
+        rod = _core.rod_between(*ends, Parts().make, **given, lower=lower, upper=upper)
+        return self._joined(rod, links, fields)
 
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, also of links, its frames are in them."""
@@ -270,16 +271,16 @@ class JointBuilder(ABC):
         with about(who):
             fields = joint_fields(options)
             if known is BallOptions:
-                new["dof"] = to_core(ball_dof(options))
+                new["dof"] = ball_dof(options)
             else:
                 count = _core.dofs_of_kind(kind)
-                new["dofs"] = [to_core(dof) for dof in dofs_of(count, options)]
+                new["dofs"] = dofs_of(count, options)
         ends, links = self._ends(who, a, b)
-        return self._joined(_core.joint_between(kind, *ends, **new), links, fields)
+        return self._joined(_core.joint_between(kind, *ends, Parts().make, **new), links, fields)
 
-    def _joined(self, core: Any, links: tuple[int, int], fields: Mapping[str, Any]) -> int:
+    def _joined(self, joint: Joint, links: tuple[int, int], fields: Mapping[str, Any]) -> int:
         """Adds a joint that the compiled builder made, with fields that are good."""
-        joint = changed(Parts().of(core), link_a=links[0], link_b=links[1], **fields)
+        joint = changed(joint, link_a=links[0], link_b=links[1], **fields)
         return self._append("joint", self._joints, joint)
 
     def _ends(

@@ -18,7 +18,6 @@ import numpy as np
 from .. import _core
 from ..checks import Array, Vector3, chosen, shown, suggestion, vector3
 from ..errors import InputError
-from .compiled import to_core
 from .controls import control_limits_of, control_names_of, no_control
 from .coordinates import Coordinate, coordinates_of
 from .drives import Actuator, Tendon
@@ -112,8 +111,13 @@ class Model:
             parts = getattr(self, name)
             if not isinstance(parts, tuple) or not all(isinstance(part, kind) for part in parts):
                 raise InputError(f"{name} = {shown(parts)}; give a tuple of {kind.__name__}")
-        object.__setattr__(self, "core", _core.Model(to_core(self, _core.ModelDescription())))
+        object.__setattr__(self, "core", _core.Model(self.stepped()))
         check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors, self.sites)
+
+    def stepped(self) -> dict[str, Any]:
+        """The fields that a step reads."""
+        listed = (f.name for f in fields(self) if f.init and f.metadata.get("core", True))
+        return {name: getattr(self, name) for name in listed}
 
     def __reduce__(self) -> tuple[Any, ...]:  # the compiled model is made again
         return Model, tuple(getattr(self, f.name) for f in fields(self) if f.init)

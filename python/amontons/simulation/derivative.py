@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from ..checks import Array, reals, shown, vector
 from ..errors import InputError
+from ..model.compiled import Parts
 from ..model.coordinates import degrees
 from ..model.model import Model
 from ..model.quantities import parameter, values_of
@@ -249,8 +250,8 @@ def remembered_slips(core: _core.Simulation, model: Model) -> list[str]:
     """
     state, found = core.snapshot().arrays, []
     for a, b, *_, slip in state["contacts"].tolist():
-        material = model.core.material(int(a), int(b))
-        if slip > 0 and material.friction_static >= 0 and material.stribeck_speed > 0:
+        material = model.core.material(int(a), int(b), Parts().make)
+        if slip > 0 and material.friction_static is not None and material.stribeck_speed > 0:
             found.append(model.geom_names[int(a)])
     for k, (name, dof) in enumerate(degrees(model.joints)):
         if dof.friction_static is not None and dof.stribeck_speed > 0 and state["dof_slips"][k] > 0:

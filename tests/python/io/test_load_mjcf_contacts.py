@@ -6,6 +6,7 @@ from itertools import combinations, product
 import amontons
 import pytest
 from amontons.io.models import load_model
+from amontons.model.compiled import Parts
 from mjcf import load, mujoco
 
 TOUCHING = """
@@ -34,7 +35,10 @@ def touching(model):
     """Names and materials of the pairs of geoms that may touch."""
     for a, b in combinations(range(len(model.geoms)), 2):
         if model.core.may_touch(a, b):
-            yield tuple(sorted((model.geom_names[a], model.geom_names[b]))), model.core.material(a, b)
+            yield (
+                tuple(sorted((model.geom_names[a], model.geom_names[b]))),
+                model.core.material(a, b, Parts().make),
+            )
 
 
 # Breaks when a filter lets other pairs touch than MuJoCo's: all geoms overlap, so every allowed pair has
@@ -156,5 +160,5 @@ def test_pairs_of_a_crowd_share_materials(tmp_path, unlike):
         if first != second:
             decides = pair.geom_a if first > second else pair.geom_b
             assert pair.material.friction == m.geom_friction[decides, 0]
-        assert model.core.material(pair.geom_a, pair.geom_b).friction == pair.material.friction
+        assert model.core.material(pair.geom_a, pair.geom_b, Parts().make).friction == pair.material.friction
         assert pair.material.friction <= max(a.friction, b.friction)

@@ -30,8 +30,7 @@ def test_same_model_in_both_languages(root, tmp_path, name):
     assert again == model
     assert again.keyframes == model.keyframes
     assert again.sites == model.sites
-    read = _core.Model(_core.read_model(file.read_text(), "m.json"))
-    ours, theirs = (_core.Simulation(core, _core.SimulationOptions()) for core in (model.core, read))
+    ours, theirs = (_core.Simulation(m.core, _core.SimulationOptions()) for m in (model, again))
     for _ in range(3):
         ours.step(), theirs.step()
         for key, values in ours.snapshot().arrays.items():
