@@ -62,6 +62,17 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
+// By how much the bounds of a geom that does not turn grow, so that those of two touch within the margin.
+double least_growth(const Reach& reach, std::size_t geom) {
+  return 0.5 * reach.margin + reach.model.rest_offset(static_cast<Index>(geom));
+}
+
+// For what a search on a device reads.
+const HostMemory& memory_of(const Reach& reach) {
+  static const HostMemory ordinary;
+  return reach.pairs ? reach.pairs->memory : ordinary;
+}
+
 // A ball that is larger by this factor contains what arithmetic takes for its surface.
 constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
 constexpr double unbounded = std::numeric_limits<double>::infinity();
@@ -76,12 +87,18 @@ void ContactFinder::place_geoms(const Reach& reach) {
   frames_.resize(geoms.size());
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
+  balls_.resize(geoms.size(), memory_of(reach));
   const auto place = [&](std::size_t g) {
     const Geom& geom = geoms[g];
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
-    bounds_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(geom.body);
+    balls_[g] = {frames_[g].position, unbounded};
+    if (const auto* sphere = std::get_if<Sphere>(&geom.shape))
+      balls_[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
+    else
+      bounds_[g] = quick_bounds(geom.shape, frames_[g]);
   };
+  placed_ = next_number();
   for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
     for (; g < last; ++g) place(g);
   });
@@ -89,13 +106,14 @@ void ContactFinder::place_geoms(const Reach& reach) {
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
 // centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the boxes of
-// all pairs that could touch overlap. So do the balls of spheres, which grow by the travel in every
-// direction. A plane has no box, but a height up to which it may reach.
+// all pairs that could touch overlap. The ball of a sphere, which no turn moves, has grown already. Two of
+// them have a point within the margin, now or at the end of the step, only if they may touch. A plane has no
+// box, but a height up to which it may reach.
 void ContactFinder::reach_out(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  boxes_ = bounds_;
-  balls_.resize(geoms.size());
+  boxes_.resize(geoms.size());
+  travels_.resize(geoms.size(), memory_of(reach));
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   const auto reach_of = [&](std::size_t g) {
@@ -103,19 +121,20 @@ void ContactFinder::reach_out(const Reach& reach) {
     const Index body = geom.body;
     if (body >= 0 && model.body(body).motion != Motion::still)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
-    const Vec3 way = reach.h * motions_[g].centre;
-    const double grow =
-        0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
-    const auto* sphere = std::get_if<Sphere>(&geom.shape);
-    balls_[g] = {frames_[g].position,
-                 sphere ? with_rounding * (sphere->radius + grow + norm(way)) : unbounded};
+    const Vec3 travel = travels_[g] = reach.h * motions_[g].centre;
+    if (balls_[g].radius < unbounded) {
+      boxes_[g] = box_around(balls_[g], travel);
+      return;
+    }
+    const double grow = least_growth(reach, g) + reach.h * motions_[g].spin;
     for (int i = 0; i < 3; ++i) {
-      boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
-      boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
+      boxes_[g].lower[i] = bounds_[g].lower[i] + (std::min(0.0, travel[i]) - grow);
+      boxes_[g].upper[i] = bounds_[g].upper[i] + (std::max(0.0, travel[i]) + grow);
     }
     if (std::holds_alternative<Plane>(geom.shape)) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
-      half_spaces_[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, way)) + grow};
+      half_spaces_[g] = {normal,
+                         dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
   };
   for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
@@ -143,7 +162,8 @@ void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char
         pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs({boxes_, balls_, stay}, pairs_, reach.pairs);
+  broad_phase_.find_pairs({boxes_, std::as_const(balls_), std::as_const(travels_), stay, placed_}, pairs_,
+                          reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);

@@ -108,8 +108,10 @@ class ContactFinder {
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
-  std::vector<Aabb> bounds_, boxes_;             // of the shapes in their poses; of what they may reach
-  std::vector<Ball> balls_;                      // likewise of what spheres may reach
+  std::vector<Aabb> bounds_, boxes_;  // of the shapes in their poses, not of spheres; of their reach
+  HostArray<Ball> balls_;             // of spheres, with what they may gain at rest
+  HostArray<Vec3> travels_;           // of the centres within the step
+  std::uint64_t placed_ = 0;          // number of the balls
   // A plane: its normal, and the height along it up to which it may reach within the step.
   struct HalfSpace {
     Vec3 normal;
