@@ -17,6 +17,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
 from time import perf_counter
@@ -28,6 +29,7 @@ from amontons import _core, scenes
 from amontons.device.backend import Backend, Device, Memory
 from amontons.device.found import chosen_device, open_device
 from amontons.device.methods import DeviceMethod, tiles
+from amontons.device.pairs import PairFinder
 from amontons.problem.options import core_options
 
 RESULTS = Path(__file__).resolve().parent / "results"
@@ -35,6 +37,7 @@ BYTES = {"p-spg-fb": 408, "apgd": 512}
 """bytes per contact and iteration, as kernels.cl counts them"""
 BYTES_OF_BODY = 160
 PHASES = ("collision", "assembly", "solve", "integration", "total")
+COUNTED = ("searches", "launches", "reads", "sent", "read")
 HOST_BYTES = 1500
 """per contact, that problem and layout take on the host"""
 
@@ -171,21 +174,80 @@ def phases(sim: amontons.Simulation, steps: int) -> dict[str, float]:
     return sums
 
 
+@contextmanager
+def traffic(backend: Backend) -> Iterator[dict[str, float]]:
+    """Counts what a device launches, reads (MB: `read`) and is sent (MB), by searches and solves."""
+    held: Any = backend
+    own = {name: getattr(held, name) for name in ("upload", "download", "launch", "program")}
+    counts = dict.fromkeys((f"{what}_{part}" for part in ("search", "solve") for what in COUNTED), 0.0)
+    find, part = PairFinder.find, ["solve"]
+
+    def note(what: str, amount: float) -> None:
+        counts[f"{what}_{part[0]}"] += amount
+
+    def upload(buffer: Any, values: Any, begin: int = 0) -> None:
+        note("sent", values.nbytes / 1e6)
+        own["upload"](buffer, values, begin)
+
+    def download(buffer: Any, begin: int, count: int) -> Any:
+        note("reads", 1)
+        note("read", 8 * count / 1e6)
+        return own["download"](buffer, begin, count)
+
+    def launch(*given: Any) -> None:
+        note("launches", 1)
+        own["launch"](*given)
+
+    def program(launches: Any) -> Any:
+        run = own["program"](launches)
+
+        def counted() -> None:
+            before = counts["launches_solve"]
+            run()
+            if counts["launches_solve"] == before:  # a graph, which launches by itself
+                note("launches", len(launches))
+
+        return counted
+
+    def searched(finder: Any, *given: Any) -> Any:
+        part[0] = "search"
+        note("searches", 1)
+        try:
+            return find(finder, *given)
+        finally:
+            part[0] = "solve"
+
+    held.upload, held.download, held.launch, held.program = upload, download, launch, program
+    PairFinder.find = searched  # type: ignore[method-assign]
+    try:
+        yield counts
+    finally:
+        PairFinder.find = find  # type: ignore[method-assign]
+        for name in own:
+            delattr(held, name)
+
+
 def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[dict[str, Any]]:
-    """The same steps of falling spheres on the CPU and on the device."""
+    """The same steps of falling spheres on the CPU and on the device, and what the device is sent."""
     for count in counts:
         model = scenes.make("spheres_in_box", count=count, radius=0.05)
         start = amontons.Simulation(model, tolerance=1e-2, max_iterations=20, on_failure="ignore")
         start.run(0.4)
         row: dict[str, Any] = {"spheres": count}
+        given = dict(device_contacts=1, method="apgd", tolerance=1e-3, max_iterations=300)
         for name in ("cpu", device.name):
             sim = start.copy()
-            sim.change_options(
-                device=name, device_contacts=1, method="apgd", tolerance=1e-3, max_iterations=300
-            )
+            sim.change_options(device=name, **given)
             where = "cpu" if name == "cpu" else "device"
             for key, value in phases(sim, steps).items():
                 row[f"{key}_{where}" if key == "iterations" else f"{key}_ms_{where}"] = value
+        with traffic(open_device(device)) as counted:
+            sim.change_options(device=device.name, **given)
+            sim.step()
+            counted.update(dict.fromkeys(counted, 0.0))
+            for _ in range(steps):
+                sim.step()
+        row |= {name: value / steps for name, value in counted.items() if name != "searches_solve"}
         yield row | {"contacts": len(sim.contacts)}
 
 

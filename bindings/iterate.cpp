@@ -189,25 +189,39 @@ std::shared_ptr<IterateSource> source(std::string name, nb::callable make, bool 
   return out;
 }
 
-// find(leaves, boxes, balls, fixed, origin): visits, and pairs as rows. The arrays are those of the caller,
-// during the call only.
-std::shared_ptr<PairSearch> pair_search(nb::callable find, std::size_t least) {
+// Memory that a function of Python makes: an array of bytes, and who keeps it.
+HostMemory memory_by(const nb::object& make) {
+  if (make.is_none()) return {};
+  return [make = hold(make)](std::size_t bytes) {
+    nb::gil_scoped_acquire gil;
+    nb::object made = (*make)(bytes);
+    const auto array = nb::cast<nb::ndarray<std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>(made);
+    AMONTONS_REQUIRE(array.shape(0) >= bytes, "memory() must return an array of so many bytes");
+    return std::shared_ptr<void>(array.data(), [owner = hold(std::move(made))](void*) {});
+  };
+}
+
+// find(leaves, number, boxes, balls, placed, travels, fixed, origin): visits, and pairs as rows. The arrays
+// are those of the caller, during the call only.
+std::shared_ptr<PairSearch> pair_search(nb::callable find, std::size_t least, const nb::object& memory) {
   auto out = std::make_shared<PairSearch>();
   out->least = least;
+  out->memory = memory_by(memory);
   out->find = [find = hold(std::move(find))](const BoxOrder& given, std::vector<IndexPair>& pairs) {
     static_assert(sizeof(Aabb) == 6 * sizeof(double) && sizeof(Ball) == 4 * sizeof(double) &&
                   sizeof(IndexPair) == 2 * sizeof(std::int32_t));
-    const auto& [boxes, balls, fixed] = given.bounds;
+    const auto& [boxes, balls, travels, fixed, placed] = given.bounds;
     nb::gil_scoped_acquire gil;
     const auto array = [](const auto* data, auto... shape) {
       using T = std::remove_pointer_t<decltype(data)>;
       return nb::cast(nb::ndarray<nb::numpy, T>(data, {shape...}), nb::rv_policy::reference);
     };
     const nb::object told =
-        (*find)(array(given.leaves.data(), given.leaves.size()),
+        (*find)(array(given.leaves.data(), given.leaves.size()), given.number,
                 array(&boxes.data()->lower.x, boxes.size(), std::size_t{6}),
-                array(&balls.data()->centre.x, balls.size(), std::size_t{4}),
-                array(fixed.data(), fixed.size()), array(&given.origin.x, std::size_t{3}));
+                array(&balls.data()->centre.x, balls.size(), std::size_t{4}), placed,
+                array(&travels.data()->x, travels.size(), std::size_t{3}), array(fixed.data(), fixed.size()),
+                array(&given.origin.x, std::size_t{3}));
     using Rows = nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
     const auto rows = nb::cast<Rows>(told[1]);
     AMONTONS_REQUIRE(rows.shape(1) == 2, "find() must return (n, 2) numbers of boxes");
@@ -242,18 +256,6 @@ nb::ndarray<nb::numpy, T, nb::ndim<1>> view_of_array(HostArray<T>& values) {
   auto* keep = new std::shared_ptr<void>(values.held());
   nb::capsule capsule(keep, [](void* p) noexcept { delete static_cast<std::shared_ptr<void>*>(p); });
   return {values.data(), {values.size()}, capsule};
-}
-
-// Memory that a function of Python makes: an array of bytes, and who keeps it.
-HostMemory memory_by(const nb::object& make) {
-  if (make.is_none()) return {};
-  return [make = hold(make)](std::size_t bytes) {
-    nb::gil_scoped_acquire gil;
-    nb::object made = (*make)(bytes);
-    const auto array = nb::cast<nb::ndarray<std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>(made);
-    AMONTONS_REQUIRE(array.shape(0) >= bytes, "memory() must return an array of so many bytes");
-    return std::shared_ptr<void>(array.data(), [owner = hold(std::move(made))](void*) {});
-  };
 }
 
 void require_fit(const Problem& problem) {
@@ -337,7 +339,7 @@ void bind_iterate(nb::module_& m) {
       .def(nb::new_(&source), nb::arg("name"), nb::arg("make"), nb::arg("with_layout"),
            nb::arg("least_contacts"), nb::arg("as_method") = false);
   nb::class_<PairSearch>(m, "PairSearch", "Who finds boxes that overlap, in place of the library.")
-      .def(nb::new_(&pair_search), nb::arg("find"), nb::arg("least"));
+      .def(nb::new_(&pair_search), nb::arg("find"), nb::arg("least"), nb::arg("memory") = nb::none());
   bind_layout(m);
 }
 

@@ -1,5 +1,7 @@
 #include "amontons/collision/shapes/shapes.hpp"
 
+#include <cmath>
+
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/collision/pairs/collide.hpp"
 #include "amontons/collision/rays/ray.hpp"
@@ -108,19 +110,21 @@ OutMatrix contact_points(const Shape& a, const Vec3& position_a, const Quat& ori
 
 nb::ndarray<nb::numpy, std::int32_t, nb::ndim<2>> pairs_of_boxes(const Matrix& lower, const Matrix& upper,
                                                                  const Flags& fixed, const Vector& radii,
+                                                                 const Matrix& moves,
                                                                  const PairSearch* outside) {
-  const auto lo = points_of(lower), hi = points_of(upper);
-  AMONTONS_REQUIRE(lo.size() == hi.size() && lo.size() == fixed.shape(0) && lo.size() == radii.shape(0),
+  const auto lo = points_of(lower), hi = points_of(upper), travels = points_of(moves);
+  AMONTONS_REQUIRE(lo.size() == hi.size() && lo.size() == fixed.shape(0) && lo.size() == radii.shape(0) &&
+                       lo.size() == travels.size(),
                    "broad_phase: the arrays differ in length");
   std::vector<Aabb> boxes;
   std::vector<Ball> balls;
   for (std::size_t i = 0; i < lo.size(); ++i) {
-    boxes.push_back({lo[i], hi[i]});
     balls.push_back({0.5 * lo[i] + 0.5 * hi[i], radii.data()[i]});
+    boxes.push_back(std::isfinite(balls[i].radius) ? box_around(balls[i], travels[i]) : Aabb{lo[i], hi[i]});
   }
   std::vector<IndexPair> pairs;
   const std::vector<unsigned char> still(fixed.data(), fixed.data() + fixed.shape(0));
-  BroadPhase().find_pairs({boxes, balls, still}, pairs, outside);
+  BroadPhase().find_pairs({boxes, balls, travels, still}, pairs, outside);
   std::vector<std::int32_t> out;
   for (const auto& [i, j] : pairs) out.insert(out.end(), {i, j});
   return to_numpy(std::move(out), 2);
@@ -182,8 +186,10 @@ void bind_shapes(nb::module_& m) {
         nb::arg("shape_b"), nb::arg("position_b"), nb::arg("orientation_b"), nb::arg("margin"),
         nb::rv_policy::automatic, "(n, 7): point, normal from B to A, gap.");
   m.def("broad_phase", &pairs_of_boxes, nb::arg("lower"), nb::arg("upper"), nb::arg("fixed"),
-        nb::arg("radii"), nb::arg("outside").none() = nb::none(), nb::rv_policy::automatic,
-        "(k, 2): the pairs of boxes that overlap, with balls in their middles that do.");
+        nb::arg("radii"), nb::arg("travels"), nb::arg("outside").none() = nb::none(),
+        nb::rv_policy::automatic,
+        "(k, 2): the pairs of boxes that overlap, with balls in their middles that may touch. A ball with a "
+        "bound has the box of its travel.");
 }
 
 }  // namespace amontons::python

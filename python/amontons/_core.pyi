@@ -153,7 +153,7 @@ class IterateSource:
 class PairSearch:
     """Who finds boxes that overlap, in place of the library."""
 
-    def __init__(self, find: Callable, least: int) -> None: ...
+    def __init__(self, find: Callable, least: int, memory: object | None = None) -> None: ...
 
 class DeviceLayout:
     """The arrays of the passes, as a device reads them."""
@@ -455,9 +455,9 @@ def sum_of_solids(a: tuple[float, Sequence[float], Sequence[Sequence[float]]], b
 def collide(shape_a: Shape, position_a: Sequence[float], orientation_a: Sequence[float], shape_b: Shape, position_b: Sequence[float], orientation_b: Sequence[float], margin: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
     """(n, 7): point, normal from B to A, gap."""
 
-def broad_phase(lower: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], fixed: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu', writable=False)], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outside: PairSearch | None = None) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
+def broad_phase(lower: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], fixed: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu', writable=False)], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], travels: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], outside: PairSearch | None = None) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
     """
-    (k, 2): the pairs of boxes that overlap, with balls in their middles that do.
+    (k, 2): the pairs of boxes that overlap, with balls in their middles that may touch. A ball with a bound has the box of its travel.
     """
 
 class Motion(enum.Enum):

@@ -1,6 +1,7 @@
 #include "amontons/collision/broad_phase.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -98,6 +99,11 @@ void clear(auto& node) {
 
 }  // namespace
 
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside) {
   bounds_ = bounds;
   const std::span<const Aabb> boxes = bounds.boxes;
@@ -143,6 +149,7 @@ void BroadPhase::build(std::span<const Aabb> boxes) {
   for (std::size_t k = 0; k < start_.size(); k += 2) split(start_[k], start_[k + 1]);
   order_.resize(items_.size());
   for (std::size_t k = 0; k < items_.size(); ++k) order_[k] = items_[k].box;
+  number_ = next_number();
 }
 
 // The median of a few centres is amid most boxes, even if a few others are far away.
@@ -268,7 +275,7 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
 // better orders than this one.
 bool BroadPhase::search(const PairSearch* outside, std::size_t limit) {
   if (outside) {
-    visits_ = outside->find({bounds_, order_, origin_}, found_);
+    visits_ = outside->find({bounds_, order_, origin_, number_}, found_);
     return visits_ <= limit;
   }
   fit(bounds_.boxes);
@@ -353,7 +360,7 @@ void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
 // time.
 void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
   if ((bounds_.fixed[a] && bounds_.fixed[b]) || !is_overlap(box_a, box_b) ||
-      !is_overlap(bounds_.balls[a], bounds_.balls[b]))
+      !may_touch(bounds_.balls[a], bounds_.travels[a], bounds_.balls[b], bounds_.travels[b]))
     return;
   found_.emplace_back(std::min(a, b), std::max(a, b));
 }

@@ -72,7 +72,6 @@ struct Stages {
   Tree tree;
   Forest forest;
   SimulationOptions options;
-  Sleepers asleep;
   ContactFinder finder;
   StepSetting step;
   StepClock clock{infinity};
@@ -97,7 +96,6 @@ struct Stages {
              .tree = tree,
              .forest = forest,
              .options = options,
-             .asleep = asleep,
              .finder = finder,
              .h = h,
              .last = h,

@@ -94,3 +94,19 @@ def test_a_resting_pile_beside_a_robot_needs_no_iterations(trees):
     for sim in (alone, beside):
         driven(sim, 100)
     assert driven(beside, 300) <= 1.1 * driven(alone, 300)
+
+
+# Breaks when the error that a solve leaves in velocities is that of all bodies, and of those that touch
+# nothing: grains stopped in the air beside one that rested. 0.1 sqrt(401) is the speed of two steps of fall.
+def test_grains_fall_beside_one_that_rests():
+    b = ModelBuilder()
+    b.add_floor()
+    b.add_body(position=(-3, 0, 0.1), shape=shapes.Box((0.1, 0.1, 0.1)), density=1e3)
+    for place in np.ndindex(20, 20):
+        b.add_body(position=(0.3 * place[0], 0.3 * place[1], 5), shape=shapes.Sphere(0.1), density=1e3)
+    sim = amontons.Simulation(b.build(), tolerance=0.1)
+    for _ in range(20):
+        sim.step()
+    assert len(sim.contacts) == 4
+    fallen = 5 - np.array(sim.state.positions)[1:, 2]
+    np.testing.assert_allclose(fallen, 0.5 * 9.81 * sim.time**2, rtol=0.1)

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -6,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "amontons/base/host_array.hpp"
 #include "amontons/collision/shapes/aabb.hpp"
 
 namespace amontons {
@@ -19,18 +22,37 @@ struct Ball {
   double radius;  // infinite: none
 };
 
-// Balls that touch, or that have no bound.
-inline bool is_overlap(const Ball& a, const Ball& b) {
-  const double reach = a.radius + b.radius;
-  return !(norm_squared(a.centre - b.centre) > reach * reach);
+// The box of a ball that travels.
+inline Aabb box_around(const Ball& ball, const Vec3& travel) {
+  Aabb box;
+  for (int i = 0; i < 3; ++i) {
+    box.lower[i] = ball.centre[i] - ball.radius + std::min(0.0, travel[i]);
+    box.upper[i] = ball.centre[i] + ball.radius + std::max(0.0, travel[i]);
+  }
+  return box;
 }
 
-// Boxes, each with a ball, among which pairs are searched.
+// Whether balls touch, or come to touch by their travels along their present normal n. Either the distance d
+// is at most the sum of the radii, or d + n . travel is. Both are multiplied by d. Also true where one has no
+// bound.
+inline bool may_touch(const Ball& a, const Vec3& travel_a, const Ball& b, const Vec3& travel_b) {
+  const Vec3 apart = a.centre - b.centre;
+  const double closing = std::min(0.0, dot(apart, travel_a - travel_b)), squared = norm_squared(apart);
+  return !(squared + closing > (a.radius + b.radius) * std::sqrt(squared));
+}
+
+// Boxes among which pairs are searched. Each has a ball and how far its centre travels within the step (m).
+// That of a ball with a bound is box_around().
 struct Bounds {
   std::span<const Aabb> boxes;  // may be infinite: planes
   std::span<const Ball> balls;
+  std::span<const Vec3> travels;
   std::span<const unsigned char> fixed;  // two fixed ones form no pair; where all are, a search costs nothing
+  std::uint64_t placed = 0;              // equal numbers: equal balls; 0: of one search
 };
+
+// A number that nothing else has: of balls, of an order. Who keeps a copy knows by it whether it still holds.
+std::uint64_t next_number();
 
 // Finite boxes in an order in which neighbours in space are mostly neighbours: eight leaves make a group,
 // eight groups a node, and so on.
@@ -38,12 +60,14 @@ struct BoxOrder {
   Bounds bounds;                         // all, infinite ones as well
   std::span<const std::int32_t> leaves;  // leaf -> box, -1 in gaps; a multiple of eight
   Vec3 origin;                           // amid the boxes, for who rounds coordinates to float
+  std::uint64_t number;                  // equal numbers: equal leaves
 };
 
 // A search outside of this library, on a device, for at least so many finite boxes. Several searches may run
 // at a time.
 struct PairSearch {
   std::size_t least = 0;
+  HostMemory memory = {};  // for balls and travels, from which it reads fastest
   // Appends the pairs that BroadPhase::find_pairs() states for these boxes, in any order, and returns a
   // measure of its work, which tells when an order is out of date. It may throw.
   std::function<std::size_t(const BoxOrder&, std::vector<IndexPair>&)> find;
@@ -106,6 +130,7 @@ class BroadPhase {
   std::vector<std::int32_t> last_infinite_;
   std::size_t built_visits_ = 0;  // of the first search in this order
   bool built_outside_ = false;    // who counted them
+  std::uint64_t number_ = 0;      // of the order, among all searches
 
   // Scratch.
   std::vector<Item> items_;

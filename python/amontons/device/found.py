@@ -125,7 +125,8 @@ def _source_of_name(device: object, least_contacts: int) -> _core.IterateSource:
 
 
 def _search_of_name(device: object, least: int) -> _core.PairSearch:
-    return _core.PairSearch(PairFinder(open_device(_chosen(device))).find, least)
+    backend = open_device(_chosen(device))
+    return _core.PairSearch(PairFinder(backend).find, least, backend.host_memory)
 
 
 source_of_name.supply(_source_of_name)

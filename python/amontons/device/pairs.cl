@@ -1,6 +1,6 @@
 // The search for overlapping boxes, behind kernels.cl, whose macros it uses. It finds the pairs of
-// src/collision/broad_phase.cpp: the same leaves, boxes narrowed to float by a monotone function, the last test in
-// double. A work item serves a leaf and finds its partners among the leaves behind it. Pairs are counted, then written
+// src/collision/broad_phase.cpp: the same leaves, boxes narrowed to float by a monotone function, the last tests in
+// double, of boxes and of the points of contact of balls. A work item serves a leaf and finds its partners among the leaves behind it. Pairs are counted, then written
 // where the counts before them say. So none is dropped, and their order depends on no work group.
 //
 // The tree: leaf k is child k % 8 of node k / 8 of level 0, that node is child of node k / 64 of level 1, and so on.
@@ -15,8 +15,9 @@
 #define NOWHERE 3e38f
 
 #define TREE GLOBAL const uint* order, GLOBAL const double* boxes, GLOBAL const double* balls, \
-             GLOBAL const unsigned char* fixed_boxes, GLOBAL float* nodes, GLOBAL const uint* first, uint top, uint leaves
-#define TREE_ARGUMENTS order, boxes, balls, fixed_boxes, nodes, first, top, leaves
+             GLOBAL const double* travels, GLOBAL const unsigned char* fixed_boxes, GLOBAL float* nodes, \
+             GLOBAL const uint* first, uint top, uint leaves
+#define TREE_ARGUMENTS order, boxes, balls, travels, fixed_boxes, nodes, first, top, leaves
 
 DEVICE float narrow(double x, double origin) {
   const double y = x - origin;
@@ -25,6 +26,30 @@ DEVICE float narrow(double x, double origin) {
 
 DEVICE GLOBAL float* child_of(GLOBAL float* nodes, uint begin, uint k) {
   return nodes + NODE * (begin + k / WIDTH) + k % WIDTH;
+}
+
+// The boxes of balls that move along their travels, those of others meanwhile without meaning.
+KERNEL boxes_of_balls(GLOBAL const double* balls, GLOBAL const double* travels, uint count, GLOBAL double* boxes) {
+  FOR_TILE(i) {
+    const uint ball = GROUP * TILE + i;
+    if (ball < count) {
+      const double radius = balls[4u * ball + 3u];
+      for (uint axis = 0u; axis < 3u; ++axis) {
+        const double at = balls[4u * ball + axis], travel = travels[3u * ball + axis];
+        boxes[6u * ball + axis] = at - radius + (travel < 0.0 ? travel : 0.0);
+        boxes[6u * ball + 3u + axis] = at + radius + (travel > 0.0 ? travel : 0.0);
+      }
+    }
+  }
+}
+
+// The boxes `which`, six numbers each, which have no ball.
+KERNEL put_boxes(GLOBAL const uint* which, GLOBAL const double* given, uint count, GLOBAL double* boxes) {
+  FOR_TILE(i) {
+    const uint k = GROUP * TILE + i;
+    if (k < count)
+      for (uint row = 0u; row < 6u; ++row) boxes[6u * which[k] + row] = given[6u * k + row];
+  }
 }
 
 // The leaves: level 0.
@@ -73,11 +98,13 @@ DEVICE uint overlap(GLOBAL const double* a, GLOBAL const double* b) {
   return a[0] <= b[3] && b[0] <= a[3] && a[1] <= b[4] && b[1] <= a[4] && a[2] <= b[5] && b[2] <= a[5];
 }
 
-// Four numbers each: centre, radius. Operation by operation as in C++.
-DEVICE uint balls_overlap(GLOBAL const double* a, GLOBAL const double* b) {
+// Four numbers of a ball: centre, radius. Three of its travel. Operation by operation as in C++.
+DEVICE uint may_touch(GLOBAL const double* a, GLOBAL const double* travel_a, GLOBAL const double* b,
+                      GLOBAL const double* travel_b) {
   const V3 apart = v3(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-  const double reach = a[3] + b[3];
-  return !(dot3(apart, apart) > reach * reach);
+  const double closing = dot3(apart, v3(travel_a[0] - travel_b[0], travel_a[1] - travel_b[1], travel_a[2] - travel_b[2]));
+  const double squared = dot3(apart, apart);
+  return !(squared + (closing < 0.0 ? closing : 0.0) > (a[3] + b[3]) * sqrt(squared));
 }
 
 // The partners of a leaf behind it: their number. A fixed box meets only those that move. They are written where `pairs` is given. Goes through the tree in the
@@ -111,7 +138,7 @@ DEVICE uint find_later(TREE, uint leaf, uint writes, GLOBAL uint* pairs, uint* v
         if (!down) {
           const uint other = order[k];
           if (overlap(boxes + 6u * own, boxes + 6u * other) &&
-              balls_overlap(balls + 4u * own, balls + 4u * other)) {
+              may_touch(balls + 4u * own, travels + 3u * own, balls + 4u * other, travels + 3u * other)) {
             if (writes) {
               pairs[2u * found] = own < other ? own : other;
               pairs[2u * found + 1u] = own < other ? other : own;

@@ -62,6 +62,17 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   return c;
 }
 
+// By how much the bounds of a geom that does not turn grow, so that those of two touch within the margin.
+double least_growth(const Reach& reach, std::size_t geom) {
+  return 0.5 * reach.margin + reach.model.rest_offset(static_cast<Index>(geom));
+}
+
+// For what a search on a device reads.
+const HostMemory& memory_of(const Reach& reach) {
+  static const HostMemory ordinary;
+  return reach.pairs ? reach.pairs->memory : ordinary;
+}
+
 // A ball that is larger by this factor contains what arithmetic takes for its surface.
 constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
 constexpr double unbounded = std::numeric_limits<double>::infinity();
@@ -69,21 +80,25 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 }  // namespace
 
 // Poses do not change between the searches of a step. So the first search places the geoms, and the others
-// only widen the boxes by their own velocities. Bodies that stand are where the last step placed them.
+// only widen the boxes by their own velocities.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  const bool placed = frames_.size() == geoms.size();
   frames_.resize(geoms.size());
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
+  balls_.resize(geoms.size(), memory_of(reach));
   const auto place = [&](std::size_t g) {
     const Geom& geom = geoms[g];
-    if (placed && standing_.stand(geom.body, world)) return;
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
-    bounds_[g] = quick_bounds(geom.shape, frames_[g]);
     fixed_[g] = !model.is_dynamic(geom.body);
+    balls_[g] = {frames_[g].position, unbounded};
+    if (const auto* sphere = std::get_if<Sphere>(&geom.shape))
+      balls_[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
+    else
+      bounds_[g] = quick_bounds(geom.shape, frames_[g]);
   };
+  placed_ = next_number();
   for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
     for (; g < last; ++g) place(g);
   });
@@ -91,13 +106,14 @@ void ContactFinder::place_geoms(const Reach& reach) {
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
 // centre and grows by half of the margin, by the effect of turning, and by the rest offset. So the boxes of
-// all pairs that could touch overlap. So do the balls of spheres, which grow by the travel in every
-// direction. A plane has no box, but a height up to which it may reach.
+// all pairs that could touch overlap. The ball of a sphere, which no turn moves, has grown already. Two of
+// them have a point within the margin, now or at the end of the step, only if they may touch. A plane has no
+// box, but a height up to which it may reach.
 void ContactFinder::reach_out(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  boxes_ = bounds_;
-  balls_.resize(geoms.size());
+  boxes_.resize(geoms.size());
+  travels_.resize(geoms.size(), memory_of(reach));
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   const auto reach_of = [&](std::size_t g) {
@@ -105,19 +121,20 @@ void ContactFinder::reach_out(const Reach& reach) {
     const Index body = geom.body;
     if (body >= 0 && model.body(body).motion != Motion::still)
       motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
-    const Vec3 way = reach.h * motions_[g].centre;
-    const double grow =
-        0.5 * reach.margin + reach.h * motions_[g].spin + model.rest_offset(static_cast<Index>(g));
-    const auto* sphere = std::get_if<Sphere>(&geom.shape);
-    balls_[g] = {frames_[g].position,
-                 sphere ? with_rounding * (sphere->radius + grow + norm(way)) : unbounded};
+    const Vec3 travel = travels_[g] = reach.h * motions_[g].centre;
+    if (balls_[g].radius < unbounded) {
+      boxes_[g] = box_around(balls_[g], travel);
+      return;
+    }
+    const double grow = least_growth(reach, g) + reach.h * motions_[g].spin;
     for (int i = 0; i < 3; ++i) {
-      boxes_[g].lower[i] += std::min(0.0, way[i]) - grow;
-      boxes_[g].upper[i] += std::max(0.0, way[i]) + grow;
+      boxes_[g].lower[i] = bounds_[g].lower[i] + (std::min(0.0, travel[i]) - grow);
+      boxes_[g].upper[i] = bounds_[g].upper[i] + (std::max(0.0, travel[i]) + grow);
     }
     if (std::holds_alternative<Plane>(geom.shape)) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
-      half_spaces_[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, way)) + grow};
+      half_spaces_[g] = {normal,
+                         dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
   };
   for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
@@ -145,7 +162,8 @@ void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char
         pairs_.emplace_back(a, b);
     return;
   }
-  broad_phase_.find_pairs({boxes_, balls_, stay}, pairs_, reach.pairs);
+  broad_phase_.find_pairs({boxes_, std::as_const(balls_), std::as_const(travels_), stay, placed_}, pairs_,
+                          reach.pairs);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);
@@ -215,13 +233,7 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   standing_.begin(reach);
   place_geoms(reach);
   reach_out(reach);
-  stay_ = fixed_;
-  if (reach.has_sleepers()) {
-    const auto& geoms = reach.model.description().geoms;
-    for (std::size_t g = 0; g < geoms.size(); ++g)
-      stay_[g] = geoms[g].body < 0 || reach.asleep->stays[static_cast<std::size_t>(geoms[g].body)];
-  }
-  find_pairs(reach, stay_);
+  find_pairs(reach, fixed_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
@@ -234,17 +246,9 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
     parts[0].kept.append(part.kept);
   }
   standing_.keep(parts[0].kept);
-  disturbed_.clear();
-  for (const Contact& c : contacts) note_disturbed(reach, c);
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
-}
-
-void ContactFinder::note_disturbed(const Reach& reach, const Contact& c) {
-  if (!reach.has_sleepers()) return;
-  for (const Index body : {c.body_a, c.body_b})
-    if (reach.asleep->contains(body)) disturbed_.push_back(body);
 }
 
 // Pairs of the passages get the points along the neighbour's normal. The order by pairs is kept for the rest
@@ -330,13 +334,8 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
     any = any || !stay_[g];
   }
   if (!any) return;
-  // Two bodies asleep that lose the same free velocities find what they found in the step before: nothing.
-  const auto sleeps = [&](Index g) {
-    return reach.has_sleepers() && (fixed_[g] || reach.asleep->contains(geoms[g].body));
-  };
   const auto changed = [&](Index a, Index b) {
-    return !(sleeps(a) && sleeps(b)) &&
-           reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
+    return reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
@@ -344,7 +343,6 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   find_pairs(reach, stay_);
   visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
-    note_disturbed(reach, contact);
     if (edges_.passes(reach, frames_, contact)) return;
     if (!is_known(reach, contact, contacts)) found_.push_back(contact);
   });

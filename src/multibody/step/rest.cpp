@@ -35,12 +35,17 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
   return norm(v.linear) <= slow && length * norm(v.angular) <= slow;
 }
 
-// The speed of an error of 1, per island. The residual is a norm over all bodies of an island: one of n equal
-// bodies may have the whole error.
-void find_speeds(double fall, std::size_t bodies, const Islands& graph, std::vector<Island>& each) {
+// The speed of an error of 1, per island; returns that of all islands. The residual is a norm over all bodies
+// of an island: one of n equal bodies may have the whole error. Bodies without an island have none.
+double find_speeds(double fall, std::size_t bodies, const Islands& graph, std::vector<Island>& each) {
+  double all = 0;
   for (std::size_t i = 0; i < bodies; ++i)
     if (const Index home = graph.of_body[i]; home >= 0) each[home].speed += 1;
-  for (Island& island : each) island.speed = fall * std::sqrt(island.speed);
+  for (Island& island : each) {
+    all += island.speed;
+    island.speed = fall * std::sqrt(island.speed);
+  }
+  return fall * std::sqrt(all);
 }
 
 // Islands with a body that moves by more than this error do not rest. Bodies that impulses do not move have
@@ -85,35 +90,34 @@ double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
   return moving.residual();
 }
 
-// The islands at rest; false if there is none, even asleep. The velocities at the start may be as large as
-// the error of a start within the tolerance: the impulses of this step take them out. Those after them may
-// not, unless all rests, because the bodies lose what remains.
+// The islands at rest; false if there is none. The velocities at the start may be as large as the error of a
+// start within the tolerance: the impulses of this step take them out. Those after them may not, unless all
+// rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
                                  Solution& start, StepIslands& islands) {
   const Model& model = step.model;
   const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
-  const double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
+  double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
   const auto slow = [&](const BodyVelocity& v) { return is_slow(v, model.length(), slowest); };
   const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
-  const bool some = step.asleep.any();
-  if (!some && std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
+  if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = step::policy.direct_start * tolerance;
   const Problem& problem = posed.problem;
   const Islands& graph = problem.graph.islands;
   islands.each.assign(graph.count, {});
-  find_speeds(fall, model.bodies(), graph, islands.each);
+  slowest = tolerance * find_speeds(fall, model.bodies(), graph, islands.each);
   for (Island& island : islands.each) island.rests = true;
   // Before the step, and with the start.
   islands.slow = true;
   for (const auto& [v, error] : {std::pair{&o.start, tolerance}, std::pair{&posed.predicted, rounding}}) {
     islands.slow = islands.slow && std::all_of(v->begin(), v->end(), slow);
     if (!islands.slow) keep_slow(model.length(), *v, error, graph, islands.each);
-    if (!some && !rests_any(islands)) return false;
+    if (!rests_any(islands)) return false;
   }
   begin_at(problem, posed.x0, start);
   keep_solved(problem, step.options.law, tolerance, rounding, start, islands);
-  return some || rests_any(islands);
+  return rests_any(islands);
 }
 
 void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, Solution& start,
@@ -128,10 +132,7 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
   }
   islands.any_rests = false;
   moving.blocks.clear();
-  // The same part of the problem is solved whether others rest or sleep: its bits depend on that.
-  if (posed.x0.empty() || (o.contacts.empty() && !step.asleep.any()) ||
-      !find_islands_at_rest(step, o, posed, start, islands))
-    return;
+  if (posed.x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, posed, start, islands)) return;
   const std::vector<Index>& home = problem.graph.islands.of_block;
   for (std::size_t k = 0; k < home.size(); ++k)
     if (!islands.each[home[k]].rests) moving.blocks.push_back(k);
@@ -139,12 +140,12 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
   if (islands.any_rests && !moving.blocks.empty()) moving.make(problem, posed.x0, islands.number);
 }
 
-// Driven bodies keep their velocities.
+// Driven bodies keep their velocities, and so do those that touch nothing, which no solve can be wrong about.
 void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, BodyVelocities& v) {
   if (!islands.any_rests) return;
   const auto stops = [&](std::size_t i) {
     const Index home = graph.of_body[i];
-    return home < 0 ? islands.slow : islands.each[home].rests;
+    return home >= 0 && islands.each[home].rests;
   };
   for (std::size_t i = 0; i < v.size(); ++i)
     if (stops(i) && model.is_dynamic(static_cast<Index>(i))) v[i] = {};

@@ -25,8 +25,7 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .rows = posed.rows,
           .dt = step.options.dt,
           .recovery = step.recovery,
-          .closing = posed.assembly.closing,
-          .asleep = step.asleep.impulses};
+          .closing = posed.assembly.closing};
 }
 
 // Velocities of impulses that were changed.

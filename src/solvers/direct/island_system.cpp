@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "solvers/direct/small_solve.hpp"
 #include "solvers/linear/row_kernel.hpp"
+#include "solvers/linear/small_solve.hpp"
 
 namespace amontons {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "solvers/direct/block_equation.hpp"
-#include "solvers/direct/small_solve.hpp"
 #include "solvers/linear/row_kernel.hpp"
+#include "solvers/linear/small_solve.hpp"
 
 namespace amontons {
 

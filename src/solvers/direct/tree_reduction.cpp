@@ -13,6 +13,7 @@
 
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
+#include "solvers/linear/small_roots.hpp"
 
 namespace amontons {
 
@@ -391,9 +392,8 @@ void TreeReduction::correct(std::span<const double> u, std::span<double> x) {
   }
 }
 
-// A free body has the block diag(1 / m, I^-1) of M^-1. Its rows of Y are
-// m^-1/2 f, and R't with I^-1 = R R' by Cholesky; a body may turn about some axes only.
-// Bodies of trees have no number among free ones, and are passed over.
+// A free body has the block diag(1 / m, I^-1) of M^-1, and its rows of Y are j C (small_roots.hpp). Bodies of
+// trees have no number among free ones, and are passed over.
 template <class Put>
 void TreeReduction::put_free(const Bodies& bodies, const JacobianRow& row, const Put& put) const {
   put_free(bodies, row.body_a, row.a, put);
@@ -405,16 +405,9 @@ void TreeReduction::put_free(const Bodies& bodies, Index body, const std::array<
                              const Put& put) const {
   if (!is_free(body)) return;
   const std::size_t at = first_of_free(body);
-  const double root = std::sqrt(bodies.inverse_mass[body]);
-  for (std::size_t k = 0; k < 3; ++k) put(at + k, root * j[k]);
-  const auto& [xx, yy, zz, xy, xz, yz] = bodies.inverse_inertia[body];
-  const auto over = [](double a, double pivot) { return pivot > 0 ? a / pivot : 0; };
-  const double a = std::sqrt(xx), b = over(xy, a), c = over(xz, a);
-  const double d = std::sqrt(std::max(0.0, yy - b * b)), e = over(yz - b * c, d);
-  const double f = std::sqrt(std::max(0.0, zz - c * c - e * e));
-  put(at + 3, a * j[3] + b * j[4] + c * j[5]);
-  put(at + 4, d * j[4] + e * j[5]);
-  put(at + 5, f * j[5]);
+  double own[6];
+  times_root(j, std::sqrt(bodies.inverse_mass[body]), semidefinite_root(bodies.inverse_inertia[body]), own);
+  for (std::size_t k = 0; k < 6; ++k) put(at + k, own[k]);
 }
 
 // The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time. Coordinates that no row of

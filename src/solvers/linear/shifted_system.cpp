@@ -34,6 +34,7 @@
 #include "solvers/linear/body_kernel.hpp"
 #include "solvers/linear/motion_nodes.hpp"
 #include "solvers/linear/small_roots.hpp"
+#include "solvers/linear/small_solve.hpp"
 
 namespace amontons {
 
@@ -229,15 +230,16 @@ void ShiftedSystem::form_G(std::size_t b) {
 void ShiftedSystem::form_PG(std::size_t b) {
   const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
   const double *R = &R_[offset_[b]], *J = &J_[offset_[b]], e = compliance_.empty() ? 0 : compliance_[row];
-  double Q[largest_dim * largest_dim];
+  double Q[largest_dim * largest_dim], *P = &P_[offset_[b]];
   for (int i = 0; i < dim; ++i)
     for (int j = 0; j < dim; ++j) {
+      P[dim * i + j] = i == j;
       double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
       for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
     }
-  sign_of_blocks_ *= invert(Q, dim, &P_[offset_[b]]);
+  sign_of_blocks_ *= solve_block(dim, Q, P, dim);
   const std::size_t at = blocks_[b].value;
-  AMONTONS_DISPATCH(combine_rows, &P_[offset_[b]], dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
+  AMONTONS_DISPATCH(combine_rows, P, dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
 }
 
 // S = I + sum over blocks of G_block' G_block, or G_block' P G_block. Each block contributes the products of

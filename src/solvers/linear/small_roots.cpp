@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace amontons {
 
@@ -33,35 +32,6 @@ void compliance_root(const double* R, int dim, double e, double* L) {
       for (int k = 0; k < j; ++k) s -= L[dim * i + k] * L[dim * j + k];
       L[dim * i + j] = i == j ? std::sqrt(s) : s / L[dim * j + j];
     }
-}
-
-int invert(double* A, int n, double* inverse) {
-  int sign = 1;
-  for (int i = 0; i < n * n; ++i) inverse[i] = i % (n + 1) == 0;
-  for (int k = 0; k < n; ++k) {
-    int best = k;
-    for (int i = k + 1; i < n; ++i)
-      if (std::abs(A[n * i + k]) > std::abs(A[n * best + k])) best = i;
-    for (int j = 0; j < n && best != k; ++j) {
-      std::swap(A[n * k + j], A[n * best + j]);
-      std::swap(inverse[n * k + j], inverse[n * best + j]);
-    }
-    if ((best != k) != (A[(n + 1) * k] < 0)) sign = -sign;
-    const double scale = 1 / A[(n + 1) * k];
-    for (int j = 0; j < n; ++j) {
-      A[n * k + j] *= scale;
-      inverse[n * k + j] *= scale;
-    }
-    for (int i = 0; i < n; ++i) {
-      const double f = A[n * i + k];
-      if (i == k || f == 0) continue;
-      for (int j = 0; j < n; ++j) {
-        A[n * i + j] -= f * A[n * k + j];
-        inverse[n * i + j] -= f * inverse[n * k + j];
-      }
-    }
-  }
-  return sign;
 }
 
 }  // namespace amontons

@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-// Roots and inverses of small matrices of bodies and blocks for the factorisations of ShiftedSystem.
+// Roots of small matrices of bodies and blocks for the factorisations of ShiftedSystem.
 namespace amontons {
 
 // Lower C with C C' = a symmetric positive semidefinite 3 x 3 given as xx, yy, zz, xy, xz, yz, in the same
@@ -20,9 +20,5 @@ void times_root(const std::array<double, 6>& j, double translation, const std::a
 // Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is the compliance
 // of the first row of the block.
 void compliance_root(const double* R, int dim, double e, double* L);
-
-// inverse = A^-1 for n x n numbers; A is overwritten. Gauss and Jordan, with exchanges of rows. Returns the
-// sign of the determinant.
-int invert(double* A, int n, double* inverse);
 
 }  // namespace amontons

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from amontons import _core
 from amontons.device import pairs
+from amontons.device.methods import tiles
 from amontons.device.pairs import PairFinder, level_sizes
 from amontons.simulation import options
 from device_problems import DEVICE, open_groups, pocl
@@ -14,35 +15,38 @@ from device_problems import DEVICE, open_groups, pocl
 GROUPS = (1, 7, 64, 256)
 
 
-def cloud(count, decades=0.0, *, seed=1, same=0, far=0.0):
+def cloud(count, decades=0.0, *, seed=1, same=0, far=0.0, haste=0.0):
     """Balls in their boxes, of radii over so many powers of ten, every seventh fixed; the first `same` in one
-    place, all of them that far away."""
+    place, all of them that far away, with travels of so many radii."""
     rng = np.random.default_rng(seed)
     centre = rng.random((count, 3)) * max(count, 1) ** (1 / 3)
     centre[:same] = centre[:1]
     radius = 0.5 * 10 ** -(decades * rng.random(count))
-    return boxed(centre + far, radius, np.arange(count) % 7 == 3)
-
-
-def boxed(centre, radius, fixed):
-    return centre - radius[:, None], centre + radius[:, None], fixed, radius
+    fixed, travels = np.arange(count) % 7 == 3, haste * radius[:, None] * rng.normal(size=(count, 3))
+    travels[fixed] = 0
+    return centre + far - radius[:, None], centre + far + radius[:, None], fixed, radius, travels
 
 
 def with_huge():
     """Two balls that reach all of the others, the first and the last, and planes, which have no end."""
-    lower, upper, fixed, radius = cloud(700, 1)
+    lower, upper, fixed, radius, travels = cloud(700, 1, haste=0.3)
     for at in (0, 699):
         lower[at], upper[at], radius[at] = -40, 50, 45
     for at in (5, 6, 300):
         lower[at], upper[at], radius[at] = -np.inf, np.inf, np.inf
-    return lower, upper, fixed, radius
+    return lower, upper, fixed, radius, travels
 
 
 def mixed():
     """Balls among boxes, which have no ball."""
-    lower, upper, fixed, radius = cloud(900, 1)
+    lower, upper, fixed, radius, travels = cloud(900, 1, haste=0.5)
     radius[::3] = np.inf
-    return lower, upper, fixed, radius
+    return lower, upper, fixed, radius, travels
+
+
+def no_balls():
+    lower, upper, fixed, _, travels = cloud(300)
+    return lower, upper, fixed, np.full(300, np.inf), travels
 
 
 CLOUDS = {
@@ -52,10 +56,13 @@ CLOUDS = {
     "a million radii away": lambda: cloud(600, 1, far=1e6),
     "1e12 radii away": lambda: cloud(600, 1, far=1e12),
     "at the end of floats": lambda: cloud(100, far=1e300),
-    "all fixed": lambda: (*cloud(200)[:2], np.ones(200, dtype=bool), cloud(200)[3]),
-    "few move": lambda: (*cloud(3000, 1)[:2], np.arange(3000) % 50 != 3, cloud(3000, 1)[3]),
+    "all fixed": lambda: (*cloud(200)[:2], np.ones(200, dtype=bool), *cloud(200)[3:]),
+    "few move": lambda: (*cloud(3000, 1)[:2], np.arange(3000) % 50 != 3, *cloud(3000, 1)[3:]),
+    "travels of a radius": lambda: cloud(1000, haste=1.0),
+    "travels of ten radii": lambda: cloud(500, 1, haste=10.0),
     "one huge ball and planes": with_huge,
     "balls and boxes": mixed,
+    "no balls": no_balls,
 }
 
 
@@ -89,7 +96,7 @@ def test_cuda_dialect(host, name):
 # Breaks when buffers of a search are taken for those of one with more or fewer boxes.
 def test_buffers_stay(host):
     finder = PairFinder(host)
-    for name in ("513 equal balls", "4097 equal balls", "8 equal balls", "balls and boxes"):
+    for name in ("513 equal balls", "4097 equal balls", "8 equal balls", "no balls", "balls and boxes"):
         compare(finder, name)
     assert len(finder._idle) == 1
 
@@ -113,9 +120,36 @@ class Counting:
 # Breaks when a search launches or reads more often than docs/device.md says.
 def test_round_trips(host):
     counting = Counting(host)
-    lower, upper, fixed, radius = cloud(4096)  # 512 = 8^3 groups
-    _core.broad_phase(lower, upper, fixed, radius, _core.PairSearch(PairFinder(counting).find, 1))
-    assert (counting.calls["launch"], counting.calls["download"]) == (3 + 3, 2)
+    given = cloud(4096)  # 512 = 8^3 groups
+    _core.broad_phase(*given, _core.PairSearch(PairFinder(counting).find, 1))
+    assert (counting.calls["launch"], counting.calls["download"]) == (4 + 3, 2)
+
+
+# Breaks when later searches of a step send the poses, or an order again, or take those of other poses.
+def test_bytes_sent(host):
+    finder, sent, found = PairFinder(host), [], []
+
+    def find(leaves, number, boxes, balls, placed, travels, fixed, origin):
+        assert placed == 0
+        for poses, order, moved in (
+            (7, 1, balls),
+            (7, 1, balls),
+            (8, 1, balls * (2, 2, 2, 1)),
+            (0, 1, balls),
+            (0, 2, balls),
+        ):
+            memory = finder._idle[0].memory if finder._idle else None
+            before = memory.sent if memory else 0
+            answer = finder.find(leaves, order, boxes, moved, poses, travels, fixed, origin)
+            begins = 8 * tiles(len(leaves)) + 4 * len(level_sizes(len(leaves)))
+            sent.append(finder._idle[0].memory.sent - before - begins)
+            found.append(sorted(map(tuple, answer[1].tolist())))
+        return answer
+
+    _core.broad_phase(*cloud(512), _core.PairSearch(find, 1))
+    per_geom = [sent[0] - 4 * 512, *sent[1:4], sent[4] - 4 * 512]
+    assert per_geom == [512 * b for b in (57, 25, 57, 57, 57)]
+    assert found[0] == found[1] == found[3] == found[4] != found[2]
 
 
 # Breaks when more pairs than a kernel can count are written over each other, or a search that fails spoils
@@ -132,9 +166,12 @@ def test_too_many_pairs(host, monkeypatch):
 # Breaks when the clouds above reach no tree of several levels, or no pair that a ball rejects.
 def test_the_clouds_reach_everything():
     assert len(level_sizes(4104)) == 5
-    lower, upper, fixed, radius = cloud(4097)
-    boxes = _core.broad_phase(lower, upper, fixed, np.full(4097, np.inf))
-    assert len(boxes) > 1.5 * len(_core.broad_phase(lower, upper, fixed, radius)) > 1000
+    lower, upper, fixed, radius, travels = cloud(4097, haste=1.0)
+    boxes = _core.broad_phase(lower, upper, fixed, np.full(4097, np.inf), travels)
+    still = _core.broad_phase(lower, upper, fixed, radius, np.zeros((4097, 3)))
+    moving = _core.broad_phase(lower, upper, fixed, radius, travels)
+    assert len(boxes) > 1.5 * len(still) > 1000
+    assert len(moving) > 1.2 * len(still)
 
 
 def dropped(count):

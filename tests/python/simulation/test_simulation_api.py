@@ -374,7 +374,8 @@ def test_collision_functions():
     np.testing.assert_allclose(points, [[0, 0, 0.005, 0, 0, 1, 0.01]], atol=1e-15)
     assert amontons._core.collide(ball, (0, 0, 0.7), (1, 0, 0, 0), plane, *here, 0.1).shape == (0, 7)
     lower = np.array([[0.0, 0, 0], [0.5, 0, 0], [2, 0, 0]])
-    pairs = amontons._core.broad_phase(lower, lower + 1, np.zeros(3, dtype=bool), np.full(3, np.inf))
+    fixed, radii = np.zeros(3, dtype=bool), np.full(3, np.inf)
+    pairs = amontons._core.broad_phase(lower, lower + 1, fixed, radii, np.zeros((3, 3)))
     assert pairs.tolist() == [[0, 1]]
 
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "amontons/base/host_array.hpp"
 #include "amontons/base/threads.hpp"
 #include "amontons/problem/problem.hpp"
-#include "amontons/solvers/first_order/host_array.hpp"
 
 namespace amontons {
 
