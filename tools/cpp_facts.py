@@ -73,7 +73,7 @@ def enumerators(path: Path, name: str) -> list[str]:
 
 
 def contenders(path: Path) -> dict[str, list[tuple[str, str]]]:
-    """Function -> (method, why it runs) of the contenders of a race that it lists."""
+    """Function -> (method, why it runs) of the contenders of auto that it lists."""
     text, groups = code(path), dict[str, list[tuple[str, str]]]()
     functions = [
         (m.start(), m[1]) for m in re.finditer(r"^\w[\w<>&: ]* (\w+)\([^;]*?\{$", text, re.MULTILINE)

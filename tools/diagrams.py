@@ -58,25 +58,25 @@ AUTO = {
         "Does a device serve the problem?",
         "Yes: the two first-order methods with passes there. All islands are one problem.",
     ),
-    "race_for": (
+    "solve_in_order": (
         "Only bilateral rows, more than {large_linear_system}?",
-        "Yes: run the race for linear systems. If it stalls, go on.",
+        "Yes: run the methods for linear systems. If they stall, go on.",
     ),
     "solve_directly": (
         "Are all islands small?",
         "Yes: eliminate the bilateral rows and solve each island of at most {most_rows} other rows "
-        "directly. If this fails, race from zero.",
+        "directly. If this fails, other methods start from zero.",
     ),
     "solve_by_islands": (
         "Split into islands",
-        "Otherwise: solve each island by itself, directly if it is small, or by one of these races:",
+        "Otherwise: solve each island by itself, directly if it is small, or by these methods in order:",
     ),
 }
 AUTO_PASSED = {"name_elimination"}
 GROUPS = {
-    "linear_field": "Race for linear systems",
-    "first_order": "Race: the method that only needs products",
-    "add_factoring": "Same race: methods that factor A, if it is not too large",
+    "linear_field": "Methods for linear systems",
+    "first_order": "First the method that only needs products",
+    "add_factoring": "Then methods that factor A, if it is not too large",
 }
 METHODS = {"spg": "p-spg-fb", "central_path": "interior-point"}
 
@@ -146,7 +146,7 @@ def auto(root: Path) -> str:
         kind = "plain" if name == "solve_by_islands" else "choice"
         drawing.card(Card(title.format(**numbers), text.format(**numbers), f"{name}()", kind))
     groups = contenders(source)
-    same(list(groups), GROUPS, "contenders of the race")
+    same(list(groups), GROUPS, "contenders of auto")
     first = next(iter(groups))
     for function, methods in groups.items():
         drawing.card(Card(GROUPS[function], code=f"{function}()", kind="end"), arrow=function == first)

@@ -237,7 +237,7 @@ TEST(elimination_solves_the_same_problem) {
 }
 
 // Breaks when a direct solve that gave up, here for want of iterations, is not known as one, or when a solved
-// one is: the race after it would then be left out, or run for rounding.
+// one is: the methods after it would then be left out, or run for rounding.
 TEST(a_direct_solve_knows_that_it_fell_short) {
   std::size_t short_of = 0;
   for (const small::Case& c : mechanisms())

@@ -136,7 +136,7 @@ double cheap_iterations(const Problem& problem) {
 }
 
 // The same problems with contacts given as rows of D, as files have them: products cost a little more, so
-// that the race makes about as many of them before it factors. Breaks when auto prices either form wrongly by
+// that auto makes about as many of them before it factors. Breaks when it prices either form wrongly by
 // a factor of two. In the mean, as turns grow by quarters.
 TEST(auto_prices_products_of_stored_rows) {
   double sum = 0, count = 0;
@@ -168,7 +168,7 @@ TEST(auto_succeeds_where_one_method_does) {
 }
 
 // Breaks when a method that was left loses its state: the iterations of its turns are those of one run, with
-// the same bits, so that a race whose only useful contender is the first ends where that one alone does.
+// the same bits, so that auto, where only its first method is of use, ends where that one alone does.
 TEST(a_run_in_turns_is_the_same_as_one) {
   const Problem p = small::stack(12, 10, 0.1, 0.4);
   Options options;

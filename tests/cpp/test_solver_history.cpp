@@ -42,7 +42,7 @@ TEST(history_is_consistent) {
           if (i == 0) continue;
           const IterationRecord& before = s.history[i - 1];
           EXPECT(r.products >= before.products && r.time >= before.time);
-          // A last step that found no way counts, but leaves no record: in a race others go on after it.
+          // A last step that found no way counts, but leaves no record: others go on after it.
           EXPECT(r.iteration == before.iteration + 1 || r.iteration == before.iteration ||
                  (method == "auto" && r.iteration == before.iteration + 2));
         }

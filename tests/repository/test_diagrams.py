@@ -69,7 +69,7 @@ def test_changes_are_noticed(sources, draw, path, old, new, message):
         draw(sources)
 
 
-# Breaks when contenders of a race are missed, or the reason is that of another case.
+# Breaks when contenders of auto are missed, or the reason is that of another case.
 def test_contenders(root):
     groups = cpp_facts.contenders(root / "src/solvers/choice/automatic.cpp")
     assert {method for members in groups.values() for method, _ in members} >= {"apgd", "newton", "cg"}

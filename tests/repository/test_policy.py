@@ -37,7 +37,7 @@ std::array<double, 36> block(double (&w)[36]) {
 
 
 def look(folder, files, limit=80, rooms=(ROOM,)):
-    for name, text in {"policy.hpp": POLICY, "policy.cpp": NAMES, "race.cpp": SOURCE, **files}.items():
+    for name, text in {"policy.hpp": POLICY, "policy.cpp": NAMES, "order.cpp": SOURCE, **files}.items():
         path = folder / "src" / ROOM / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)

@@ -5,12 +5,12 @@
 //
 // A body that stops loses that velocity, and with it momentum. The scene as a whole may lose the error of a
 // start within the tolerance; if it did not, the errors of starts would add up. Beside other bodies that
-// move, momentum is kept to the rounding of a direct solve. Islands that the race solves do not come to rest
-// there.
+// move, momentum is kept to the rounding of a direct solve. Islands that iterations solve do not come to
+// rest there.
 //
 // Islands are found only if some contact has slow bodies on both sides. Each test is made only if an island
 // may still rest. So a robot that walks pays for one look at its velocities. Islands that move become a
-// problem of their own, because the direct way and the race work on all rows of a problem. A is block
+// problem of their own, because the direct way and iterations work on all rows of a problem. A is block
 // diagonal over islands, so that leaving some out is exact (choice/islands.hpp).
 #include "multibody/step/rest.hpp"
 

@@ -143,7 +143,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, StepStart 
   if (!start.again) options.tolerance = 0.5 * tolerance;
   if (!solver.is_auto()) return as_converged(solve_with(solver, problem, options, budget, {}), tolerance);
   ++solver.sums.solves;
-  return as_converged(solve_by_race(problem, options, budget), tolerance);
+  return as_converged(solve_iteratively(problem, options, budget), tolerance);
 }
 
 }  // namespace

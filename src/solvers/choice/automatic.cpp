@@ -1,12 +1,12 @@
-// method = "auto": the direct way if islands are small; otherwise a race (race.hpp) of the methods below.
-// policy.hpp holds the cost of an iteration of each method and the expected number of iterations.
+// method = "auto": the direct way if islands are small; otherwise the methods below in a fixed order
+// (order.hpp), from cheap iterations to many factorisations.
 //
-// Three facts about the methods determine the choice of contenders:
+// Three facts about the methods determine the order:
 //
 //   - A first-order iteration costs one pass over the contacts, about 10 ns each, and soon finds which of
 //     them slide. The number of iterations grows with the condition. Stresses in high or hyperstatic stacks,
 //     chains of joints and mass ratios take tens of thousands. One such method is enough: p-spg-fb beside
-//     apgd made the race no shorter on any set of problems (docs/decisions/auto.md).
+//     apgd made solves no shorter on any set of problems (docs/decisions/auto.md).
 //   - A step with a factorisation costs some fifty passes, more if the factor has much fill. It hardly
 //     depends on the condition: the interior point takes ten to twenty steps, Newton's method near a solution
 //     a few.
@@ -33,8 +33,8 @@
 #include "amontons/solvers/second_order/interior_point.hpp"
 #include "amontons/solvers/second_order/newton.hpp"
 #include "solvers/choice/frozen_path.hpp"
+#include "solvers/choice/order.hpp"
 #include "solvers/choice/policy.hpp"
-#include "solvers/choice/race.hpp"
 #include "solvers/direct/constrained.hpp"
 
 namespace amontons {
@@ -44,27 +44,6 @@ namespace {
 // The reason reported for the direct way.
 constexpr const char* eliminated = "bilateral rows are eliminated, islands are small";
 
-// Cost of a factorisation with the multiplications that the analysis counts.
-double analysed(const Problem& problem) {
-  return choice::policy.factor_per_block * static_cast<double>(problem.K.blocks()) +
-         choice::policy.factor_per_multiplication * ShiftedSystem(problem).factor_work();
-}
-
-Costs costs_of(const Problem& problem, std::size_t held) {
-  const auto rows = static_cast<double>(problem.rows());
-  const double product = choice::policy.product_per_row * rows +
-                         choice::policy.product_per_held_body * static_cast<double>(held);
-  const double assembly = choice::policy.factor_per_block * static_cast<double>(problem.K.blocks());
-  if (const auto* A = std::get_if<ContactSystem>(&problem.A)) {
-    const auto of_trees = static_cast<double>(A->half.value.size());
-    const bool analyses = of_trees > 0 || problem.graph.bodies() > choice::policy.small_island;
-    return {product + of_trees, assembly, analyses ? analysed : nullptr};
-  }
-  double entries = rows * rows;
-  if (const auto* A = std::get_if<SparseOperator>(&problem.A)) entries = static_cast<double>(A->data.size());
-  return {product + entries, assembly + 3 * entries, analysed};
-}
-
 bool can_factor(const Problem& problem) {
   if (std::holds_alternative<CallbackOperator>(problem.A)) return false;
   const auto* system = std::get_if<ContactSystem>(&problem.A);
@@ -72,7 +51,7 @@ bool can_factor(const Problem& problem) {
                 : problem.rows() <= choice::policy.most_rows;
 }
 
-using Field = std::vector<Contender>;
+using Field = std::vector<Ordered>;
 
 // K = R^m: nothing slides or opens. The problem is a linear system, and cg ends in at most as many steps as A
 // has different eigenvalues. With one factorisation of A + shift P as its preconditioner it takes a few steps
@@ -93,21 +72,25 @@ Field first_order(bool held) {
 }
 
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
-// unsymmetric, and with many contacts the path may leave the middle of the cones. Newton's method continues
-// where the path stops, and finds the faces that stop it.
-void add_factoring(Field& field, bool coulomb, double size) {
-  const double straight = choice::policy.path_factorizations;
-  const double path = coulomb ? choice::policy.path_unsymmetric * size * straight : straight;
-  field.push_back({.start = start_central_path, .why = "factors in every iteration", .factorizations = path});
-  field.push_back({.start = start_newton,
-                   .why = "finds the faces that hold the path back",
-                   .factorizations = straight,
-                   .after_previous = true,
-                   .limit = choice::policy.first_turn});
+// unsymmetric, twice the work of symmetric ones. Newton's method continues where the path stops, and finds
+// the faces that stop it. The frozen path takes several paths of symmetric matrices. With many contacts the
+// path of coulomb has many folds, and the frozen one comes first.
+void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
+  const double path = choice::policy.path_factorizations;
+  Field of_path{{.start = start_central_path,
+                 .why = "factors in every iteration",
+                 .factorizations = coulomb ? 2 * path : path},
+                {.start = start_newton,
+                 .why = "finds the faces that hold the path back",
+                 .limit = choice::policy.first_turn,
+                 .factorizations = path,
+                 .from_the_end = true}};
   if (coulomb)
-    field.push_back({.start = start_frozen_path,
-                     .why = "finds the stresses for the friction directions so far",
-                     .factorizations = choice::policy.frozen_ratio * straight});
+    of_path.insert(blocks > choice::policy.many_blocks ? of_path.begin() : of_path.end(),
+                   {.start = start_frozen_path,
+                    .why = "finds the stresses for the friction directions so far",
+                    .factorizations = choice::policy.frozen_paths * path});
+  field.insert(field.end(), of_path.begin(), of_path.end());
 }
 
 // A remark on the problem before any method has run; empty for the common case.
@@ -118,37 +101,30 @@ const char* remark(const Problem& problem) {
   return can_factor(problem) ? "" : "A is too large to factor: ";
 }
 
-// If the caller sets no limit, nominal `work` (ns) of a problem of few blocks limits the race.
-Solution race_for(const Problem& problem, const Options& options, Budget& budget, double work) {
+// Methods in the order of their costs. `work` limits them, where the caller does not.
+Solution solve_in_order(const Problem& problem, const Options& options, Budget& budget, double work) {
   const Law law = law_of(problem, options);
   const bool linear = problem.K.all_bilateral(), watched = options.history || options.callback;
-  const bool coulomb = law == Law::coulomb && problem.K.has_friction();
-  const double size = 1 + static_cast<double>(problem.K.blocks()) / choice::policy.blocks_unit;
   ConstrainedProblem rest;
   const bool held = !linear && !watched && rest.make(problem, law);
   Field field = linear ? linear_field(problem) : first_order(held);
-  if (!linear && can_factor(problem)) add_factoring(field, coulomb, size);
+  if (!linear && can_factor(problem))
+    add_factoring(field, law == Law::coulomb && problem.K.has_friction(), problem.K.blocks());
   Options here = options;  // the device does not serve this problem, and no part of it
   here.iterates = nullptr;
-  Solution s = race(problem, here, budget, field, costs_of(problem, held ? rest.bodies() : 0), work * size,
-                    held ? &rest : nullptr);
+  const bool limited = options.max_iterations > 0 || std::isfinite(budget.left());
+  Budget share(budget, Budget::unlimited, limited ? Budget::unlimited : work);
+  Solution s = in_order(problem, here, share, field, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
-}
-
-// A contender of a field in fixed order. It has no expected cost by which another could be preferred: the
-// race takes the first of such contenders that has not run. Its only turn lasts until it ends. Each starts
-// from the best x so far.
-Contender in_order(Starter start, const char* why, std::size_t limit = 0) {
-  return {.start = start, .why = why, .limit = limit, .to_the_end = true};
 }
 
 // A device has the passes of two methods and cannot factor. All islands are one problem there, and rows of
 // joints stay in it, because many contacts use the device best. p-spg-fb starts where apgd stalls, from its
 // best x.
 Solution solve_on_device(const Problem& problem, const Options& options, Budget& budget) {
-  const Field field{in_order(start_apgd, "on the device"), in_order(start_spg, "takes the last digits")};
-  Solution s = race(problem, options, budget, field, {}, Budget::unlimited);
+  const Field field{{start_apgd, "on the device"}, {start_spg, "takes the last digits"}};
+  Solution s = in_order(problem, options, budget, field);
   s.device = device_of(problem, options);
   return s;
 }
@@ -172,11 +148,11 @@ void name_elimination(Solution& s) {
 }
 
 // One group of islands if another one has too many rows for the direct way.
-Solution solve_directly_or_race(const Problem& problem, const Options& options, Budget& budget) {
+Solution solve_directly_or_in_order(const Problem& problem, const Options& options, Budget& budget) {
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    return race_for(problem, options, budget, choice::policy.race_work);
+    return solve_in_order(problem, options, budget, Budget::unlimited);
   name_elimination(s);
   return s;
 }
@@ -195,7 +171,7 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
   }
   Solution second =
       solve_by_islands(problem, rest, budget, [](const Problem& p, const Options& o, Budget& share) {
-        return race_for(p, o, share, choice::policy.late_race_work);
+        return solve_in_order(p, o, share, choice::policy.late_work);
       });
   name_elimination(s);
   s.status = second.status;
@@ -210,11 +186,10 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
 // sqrt(eps) from the solution. From there the semismooth Newton method identifies the faces and converges to
 // the last digits. If it fails, P-SPG-FB continues.
 Solution interior_point(const Problem& problem, const Options& options, Budget& budget) {
-  const Field field{
-      in_order(start_central_path, "follows the central path"),
-      in_order(start_newton, "finds the faces that hold the path back", choice::policy.first_turn),
-      in_order(start_spg, "takes the last digits")};
-  return race(problem, options, budget, field, {}, Budget::unlimited);
+  const Field field{{start_central_path, "follows the central path"},
+                    {start_newton, "finds the faces that hold the path back", choice::policy.first_turn},
+                    {start_spg, "takes the last digits"}};
+  return in_order(problem, options, budget, field);
 }
 
 // A single problem.
@@ -223,13 +198,13 @@ Solution automatic(const Problem& problem, const Options& options, Budget& budge
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::policy.most_rows) {
-    Solution s = race_for(problem, options, budget, choice::policy.race_work);
+    Solution s = solve_in_order(problem, options, budget, Budget::unlimited);
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    s = solve_by_islands(problem, options, budget, solve_directly_or_race);
+    s = solve_by_islands(problem, options, budget, solve_directly_or_in_order);
   name_elimination(s);
   return s;
 }
@@ -244,16 +219,17 @@ bool solve_directly(const Problem& problem, const Options& options, Budget& budg
   return true;
 }
 
-Solution solve_by_race(const Problem& problem, const Options& options, Budget& budget) {
+Solution solve_iteratively(const Problem& problem, const Options& options, Budget& budget) {
   if (on_device(problem, options)) return solve_on_device(problem, options, budget);
-  return solve_by_islands(problem, options, budget, solve_directly_or_race);
+  return solve_by_islands(problem, options, budget, solve_directly_or_in_order);
 }
 
 // A step of a simulation.
 Solution automatic(const Problem& problem, const Options& options, Budget& budget, Elimination& elimination,
                    Solution memory) {
   Solution s = std::move(memory);
-  if (!solve_directly(problem, options, budget, elimination, s)) s = solve_by_race(problem, options, budget);
+  if (!solve_directly(problem, options, budget, elimination, s))
+    s = solve_iteratively(problem, options, budget);
   return s;
 }
 

@@ -1,64 +1,47 @@
 // Every tuned number of `auto`, with its unit, its reason, and the benchmark that protects it.
-// tools/check_policy.py finds numbers elsewhere. Costs are medians over the tuning half of
-// benchmarks/corpus.py; expectations were chosen over its FCLIB and Chrono files. They decide which method
-// begins. The measured rate of each method decides the rest.
+// tools/check_policy.py finds numbers elsewhere. They decide when a first-order method gives way, and in
+// which order others follow; docs/decisions/auto.md tells what was measured.
 #pragma once
 #include <cstddef>
 
 namespace amontons::choice {
 
 struct Policy {
-  // Cost of products and factorisations.
+  // Sizes that are factored.
 
-  // Time (ns per row): of a product and the passes of a first-order method over its result.
-  double product_per_row = 3;
-  // Time (ns per body and product): of bodies with eliminated joints. Without it the race for a small wall
-  // under a hanging ball takes a quarter more products.
-  double product_per_held_body = 300;
-  // Time (ns per block): of scaling and assembling a block and of the method's work on its cone.
-  double factor_per_block = 450;
-  // Time (ns per multiplication): of the dense kernels.
-  double factor_per_multiplication = 0.25;
   // Size (rows): a larger matrix is not factored; a dense one takes 72 MB. A larger bilateral system goes to
   // conjugate gradients first: its elimination takes 12 ms for 3500 rows (B1).
   std::size_t most_rows = 3000;
   // Size (bodies): with more bodies nothing is factored; the analysis takes seconds.
   std::size_t most_bodies = 50000;
 
-  // Expectations.
+  // The order.
 
-  // Factorisations (count): of the interior point under the associated law.
-  double path_factorizations = 11;
-  // Factorisations (ratio): cost under coulomb, where the matrix is unsymmetric.
-  double path_unsymmetric = 1.7;
-  // Factorisations (ratio): of all paths with the De Saxce term held, relative to one under the associated
-  // law.
-  double frozen_ratio = 4;
-  // Size (blocks): number that doubles the expectation of methods that must find all faces at once, and the
-  // limits of work.
-  double blocks_unit = 600;
-
-  // The race.
-
-  // Iterations (count): of the first turn of a first-order method, enough to show a rate. Newton's method
+  // Iterations (count): after which the rate of a first-order method is measured, and again. Newton's method
   // finds the faces within as many or fails.
   std::size_t first_turn = 16;
-  // Work (relative): growth of a method's total work by one turn. It bounds the cost of the race to a
-  // multiple of the winner's. Progress (log of the residual): assumed at least for half of a method's work. A
-  // stagnating method gets turns that grow with those of the others.
-  double turn = 0.05;
-  // Work (ns): limit of a race of few blocks if the caller sets none. A problem still unsolved then converges
-  // too slowly.
-  double race_work = 4e8;
-  // Work (ns): this limit after the direct way has failed. Most such problems have no solution, which takes
-  // more than 2 ms to prove (test_status).
-  double late_race_work = 8e6;
+  // Progress (log of the residual): assumed at least for half of a method's work, because early rates say
+  // little. Without it 1000 spheres in a box (benchmarks/corpus.py) take 50 times the work.
+  double least_progress = 0.05;
+  // Factorisations (count): expected of the interior point.
+  double path_factorizations = 11;
+  // Paths (count): expected with the De Saxce term held. With 1 walls and spheres in a box take up to eight
+  // times the work, as first-order iterations end too early.
+  double frozen_paths = 4;
+  // Work (units per block): of assembling a factorisation and of a method's work on its cones. With 44 a wall
+  // of 192 bricks is not solved to 1e-8.
+  double assembly = 22;
+  // Size (blocks): with more of them the path with the De Saxce term held comes first. Without it walls take
+  // three times the work, and with it everywhere FCLIB files take twice as much.
+  std::size_t many_blocks = 800;
+  // Work (units): limit after the direct way has failed. Most such problems have no solution, which takes
+  // more than 1e5 to prove (test_status).
+  double late_work = 4e5;
 
   // Islands.
 
-  // Size (blocks or bodies): smaller islands are solved together, because the set-up of a solve takes
-  // microseconds, as long as some iterations on so few blocks. The fill of so few bodies is small: their
-  // number gives the cost of a factorisation without an analysis.
+  // Size (blocks): smaller islands are solved together, because the set-up of a solve takes microseconds, as
+  // long as some iterations on so few blocks.
   std::size_t small_island = 64;
 
   // Rounds of a path with the De Saxce term held.

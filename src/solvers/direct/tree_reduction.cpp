@@ -41,7 +41,7 @@ bool TreeReduction::analyse(const Problem& problem, std::size_t most_rows) {
 // The matrix that is factored has the smaller of rows and coordinates. Rows beyond the coordinates add to a
 // step in proportion, m n^2 in place of m^3 / 3, as contacts do in a method that works on accelerations. A
 // cube of 26 parts has 126 coordinates and 900 rows of contacts. Islands of free bodies alone count rows, as
-// they do without trees: beside a robot, too, a pile has a sparse matrix in the race.
+// they do without trees: beside a robot, too, a pile has a sparse matrix in iterations.
 //
 // All coordinates of a tree count, also those that no row of the island reaches. find_used() would be exact,
 // but needs the rows of Y. A tree is counted at its first coordinate, a free body after all trees.

@@ -37,11 +37,17 @@ inline double seconds_since(Time start) {
 }
 
 // Work (units of Budget) of an iteration with one product: a part for each block, and a constant part for
-// calls and short vectors. Cones other than Friction have no fused passes, and project by iterations of their
-// own.
+// calls and short vectors. A matrix has a part for each of its entries, too, because its product takes all.
+// Cones other than Friction have no fused passes, and project by iterations of their own.
 inline double work_of_iteration(const Problem& problem) {
   constexpr double beside = 16, other_cone = 6;
   double work = beside + static_cast<double>(problem.K.blocks());
+  std::visit(
+      [&](const auto& A) {
+        if constexpr (requires { A.data.size(); })
+          work += static_cast<double>(A.data.size()) / Budget::multiplications;
+      },
+      problem.A);
   for (const SetRun& run : problem.K.runs())
     visit_kind(run.kind, [&]<class S>() {
       if constexpr (S::frictional && !std::is_same_v<S, Friction>)
