@@ -32,10 +32,10 @@
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "amontons/solvers/second_order/interior_point.hpp"
 #include "amontons/solvers/second_order/newton.hpp"
-#include "solvers/choice/frozen_path.hpp"
 #include "solvers/choice/order.hpp"
 #include "solvers/choice/policy.hpp"
 #include "solvers/direct/constrained.hpp"
+#include "solvers/second_order/frozen_path.hpp"
 
 namespace amontons {
 

@@ -18,8 +18,6 @@ constinit Policy policy;
                            {"assembly", &policy.assembly},
                            {"late_work", &policy.late_work},
                            {"first_turn", &policy.first_turn},
-                           {"small_island", &policy.small_island},
-                           {"frozen_tolerance", &policy.frozen_tolerance},
-                           {"frozen_burst", &policy.frozen_burst}});
+                           {"small_island", &policy.small_island}});
 
 }  // namespace amontons::choice

@@ -43,14 +43,6 @@ struct Policy {
   // Size (blocks): smaller islands are solved together, because the set-up of a solve takes microseconds, as
   // long as some iterations on so few blocks.
   std::size_t small_island = 64;
-
-  // Rounds of a path with the De Saxce term held.
-
-  // Residual (relative to that of the start): target of the path. Its solution solves the true problem up to
-  // the change of the term, which is of the order of that residual; further digits would be wrong.
-  double frozen_tolerance = 0.02;
-  // Iterations (count): of apgd after a path, to renew the term. With 100 a wall at rest (B4_s60) stalls.
-  std::size_t frozen_burst = 300;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;

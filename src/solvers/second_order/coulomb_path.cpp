@@ -94,8 +94,10 @@ class CoulombPath : public VectorIterate {
   std::optional<double> step() {
     monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
-    stale_ = monitor.improved() || curve_.t() > second_order::policy.near_the_end ? 0 : stale_ + 1;
-    if (stale_ == second_order::policy.most_stale || !curve_.step() ||
+    // Near its end a worse residual is due to rounding, as R' mixes digits (algorithm.md, 37). Newton's
+    // method continues from there.
+    const bool rounded = curve_.t() < second_order::policy.rounding && !monitor.improved();
+    if (rounded || !curve_.step() ||
         curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
       return std::nullopt;
     return evaluate_iterate();
@@ -111,7 +113,6 @@ class CoulombPath : public VectorIterate {
 
   std::optional<LargeSystem> system_;
   CentralCurve<LargeSystem> curve_;
-  std::size_t stale_ = 0;
 };
 
 }  // namespace

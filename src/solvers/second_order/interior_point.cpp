@@ -123,8 +123,9 @@ double InteriorPoint::start(const Start&) {
     barrier.start(part);
     barrier.worst(low_x, low_u);
   });
-  const double more_x = low_x < second_order::policy.start_margin ? 1 - low_x : 0,
-               more_u = low_u < second_order::policy.start_margin ? 1 - low_u : 0;
+  // No start is nearer to the boundary than a step may end.
+  const double margin = 1 - second_order::policy.fraction;
+  const double more_x = low_x < margin ? 1 - low_x : 0, more_u = low_u < margin ? 1 - low_u : 0;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.push(more_x, more_u); });
   form_x();
   return map_ = evaluate();

@@ -18,7 +18,7 @@
 //     (I + R'AR) zeta = R' (A F + sigma P F - P F),
 //
 // the symmetric system of ShiftedSystem, where sigma keeps it regular if A is singular (hyperstatic
-// contacts). It affects only the step: dx = 0 still means F = 0. As sigma tends to zero with F, the
+// contacts). It affects only the step: dx = 0 still means F = 0. It is of the order of rounding, so that the
 // convergence stays superlinear.
 //
 // Sources: Qi, Sun 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow,
@@ -202,34 +202,27 @@ class Newton : public VectorIterate {
 
   double start(const Start& s) {
     newton_.emplace(problem, law_of(problem, options));
-    scale_ = natural_map_at_zero(problem, law_of(problem, options));
     map_ = VectorIterate::start(s);
     for (Vector* v : {&dx_, &trial_, &trial_u_}) v->resize(x.size());
     return map_;
   }
 
   std::optional<double> step() {
-    const double sigma = std::clamp(second_order::policy.inexact * map_ / scale_,
-                                    second_order::policy.rounding, second_order::policy.most_proximal);
-    newton_->direction(x, u, sigma, dx_, monitor);
-    if (search())
-      burst_ = second_order::policy.shortest_burst;
-    else
-      first_order_phase();
+    newton_->direction(x, u, second_order::policy.rounding, dx_, monitor);
+    if (!search()) first_order_phase();
     return map_;
   }
 
  private:
-  // Finds the first of the steps 1, 1/2, ... that reduces the residual enough. Trial points are projected,
-  // because dx respects faces and not cones. If it returns true, x, u and the natural map are those of that
-  // step.
+  // Finds the first of the steps 1, 1/2, ... that reduces the residual. Trial points are projected, because
+  // dx respects faces and not cones. If it returns true, x, u and the natural map are those of that step.
   bool search() {
     for (int k = 0; k <= second_order::policy.halvings; ++k) {
       const double t = std::ldexp(1.0, -k);
       for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + t * dx_[i];
       project(problem.K, trial_, trial_);
       const double map = amontons::evaluate(problem, law_of(problem, options), trial_, trial_u_, monitor);
-      if (!(map < second_order::policy.sufficient * map_)) continue;
+      if (!(map < map_)) continue;
       x.swap(trial_);
       u.swap(trial_u_);
       map_ = map;
@@ -243,21 +236,19 @@ class Newton : public VectorIterate {
   void first_order_phase() {
     Options o = options;
     o.x0 = x;
-    o.max_iterations = burst_;
+    o.max_iterations = second_order::policy.burst;
     o.history = false;
     o.callback = nullptr;
     Solution s = spg(problem, o, monitor.budget());
     monitor.products += s.products;
     if (s.status == Status::interrupted) monitor.interrupt();
     x = std::move(s.x);
-    burst_ = std::min(2 * burst_, second_order::policy.longest_burst);
     map_ = evaluate();
   }
 
   std::optional<NewtonStep> newton_;
-  // The natural map at zero and at x.
-  double scale_ = 1, map_ = 0;
-  std::size_t burst_ = second_order::policy.shortest_burst;
+  // The natural map at x.
+  double map_ = 0;
   Vector dx_, trial_, trial_u_;
 };
 

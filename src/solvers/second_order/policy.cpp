@@ -8,18 +8,11 @@ namespace amontons::second_order {
 constinit Policy policy;
 
 // Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
-[[maybe_unused]] static const bool named =
-    name_policy("second_order", {{"fraction", &policy.fraction},
-                                 {"collapse", &policy.collapse},
-                                 {"rounding", &policy.rounding},
-                                 {"start_margin", &policy.start_margin},
-                                 {"near_the_end", &policy.near_the_end},
-                                 {"most_stale", &policy.most_stale},
-                                 {"shortest_burst", &policy.shortest_burst},
-                                 {"longest_burst", &policy.longest_burst},
-                                 {"halvings", &policy.halvings},
-                                 {"sufficient", &policy.sufficient},
-                                 {"inexact", &policy.inexact},
-                                 {"most_proximal", &policy.most_proximal}});
+[[maybe_unused]] static const bool named = name_policy("second_order", {{"fraction", &policy.fraction},
+                                                                        {"collapse", &policy.collapse},
+                                                                        {"rounding", &policy.rounding},
+                                                                        {"burst", &policy.burst},
+                                                                        {"halvings", &policy.halvings},
+                                                                        {"inexact", &policy.inexact}});
 
 }  // namespace amontons::second_order

@@ -6,8 +6,8 @@
 namespace amontons::second_order {
 
 struct Policy {
-  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
-  // proximal term of this size keeps the pivots of a singular A.
+  // Rounding (relative): of a best residual, of t near the end of the path of Coulomb's law, and of sqrt(t)
+  // at its end. A proximal term of this size keeps the pivots of a singular A.
   double rounding = 1e-12;
 
   // Interior point.
@@ -20,35 +20,20 @@ struct Policy {
   // rises by many powers of ten. A shorter step comes from an iterate squeezed against the boundary, as later
   // ones would.
   double collapse = 1e4;
-  // Eigenvalue (units of the block): a starting point with a smaller one is pushed inside.
-  double start_margin = 1e-3;
-
-  // Path of Coulomb's law.
-
-  // Curve parameter (units of t): below it a stall is due to rounding, as R' mixes digits (algorithm.md, 37).
-  // Newton's method continues from there.
-  double near_the_end = 1e-8;
-  // Steps (count): without a better residual there; the path then ends.
-  std::size_t most_stale = 6;
 
   // Newton's method.
 
-  // Iterations (count): of the first-order method after a failed step, less than a factorisation costs. They
-  // double with every consecutive failure.
-  std::size_t shortest_burst = 30;
-  // Iterations (count): up to this; if the faces stay wrong, a factorisation every so many costs little.
-  std::size_t longest_burst = 2000;
+  // Iterations (count): of a first-order method after a failed step, or after a path with the De Saxce term
+  // held. If the faces stay wrong, a factorisation every so many costs little. With 100 a wall at rest
+  // (B4_s60) stalls.
+  std::size_t burst = 300;
   // Halvings of a step (count): F is no gradient, and a step that fails at an eighth of its length rarely
   // succeeds at less.
   int halvings = 3;
-  // Residual (relative to the present one): a step that leaves more is a failure, as a burst achieves more.
-  double sufficient = 0.9;
-  // Inexactness (relative to the residual): of a Newton step, by its proximal term and by GMRES. Both vanish
-  // with the residual, so that steps become Newton steps. A step of three correct digits reduces the residual
-  // by up to three.
+  // Inexactness (relative to the residual): of a Newton step by GMRES. It vanishes with the residual, so that
+  // steps become Newton steps. A step of three correct digits reduces the residual by up to three. A path
+  // with the De Saxce term held has as many, because its term is only as exact.
   double inexact = 1e-3;
-  // Proximal term (relative): a larger one would shorten the steps far from the solution.
-  double most_proximal = 1e-6;
 };
 // Size (vectors, stored twice): of the Krylov space. If so many do not give three digits, the burst after a
 // failed step is a better use of the time.

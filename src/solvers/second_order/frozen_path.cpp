@@ -9,7 +9,7 @@
 //   1.  a central path solves the convex problem of the best x so far,
 //   2.  a burst of apgd from there renews the term.
 // Either alone needs ten times the work. Two rounds without progress end it.
-#include "solvers/choice/frozen_path.hpp"
+#include "solvers/second_order/frozen_path.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -17,7 +17,7 @@
 
 #include "amontons/solvers/first_order/apgd.hpp"
 #include "amontons/solvers/second_order/interior_point.hpp"
-#include "solvers/choice/policy.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -46,7 +46,7 @@ class FrozenPath : public VectorIterate {
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};
-    o.tolerance = std::max(0.5 * options.tolerance, choice::policy.frozen_tolerance * map_ / scale);
+    o.tolerance = std::max(0.5 * options.tolerance, second_order::policy.inexact * map_ / scale);
     o.max_iterations = 0;
     o.history = false;
     o.callback = nullptr;
@@ -57,7 +57,7 @@ class FrozenPath : public VectorIterate {
     o.law = options.law;
     o.x0 = path.x;
     o.tolerance = options.tolerance;
-    o.max_iterations = choice::policy.frozen_burst;
+    o.max_iterations = second_order::policy.burst;
     Solution s = apgd(problem, o, monitor.budget());
     count(s);
     x = std::move(s.x);
