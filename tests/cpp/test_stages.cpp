@@ -72,6 +72,7 @@ struct Stages {
   Tree tree;
   Forest forest;
   SimulationOptions options;
+  Sleepers asleep;
   ContactFinder finder;
   StepSetting step;
   StepClock clock{infinity};
@@ -96,6 +97,7 @@ struct Stages {
              .tree = tree,
              .forest = forest,
              .options = options,
+             .asleep = asleep,
              .finder = finder,
              .h = h,
              .last = h,

@@ -46,7 +46,8 @@ struct Rolling {
   }
   bool turn(double spin, double free) {
     const BodyVelocities v{{{}, {0, spin, 0}}}, before{{{}, {0, free, 0}}};
-    const bool turned = find_turns({model, frames, v, h, margin}, before, least, contacts, finder, turns);
+    const bool turned =
+        find_turns({model, frames, v, h, margin}, before, TurnLimits{least}, contacts, finder, turns);
     write_b(rest, {}, {h, h, 0}, turns, problem);
     return turned;
   }

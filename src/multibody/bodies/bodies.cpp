@@ -1,5 +1,7 @@
 #include "amontons/multibody/bodies/bodies.hpp"
 
+#include <cstring>
+
 namespace amontons {
 
 // The state holds the origins of the body frames, because these define the pose of a body for users. The
@@ -8,6 +10,7 @@ namespace amontons {
 // has a velocity in contacts and joints, but zero mobility: no impulse changes it.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
                   BodyVelocities& velocities) {
+  const bool again = frames.size() == model.bodies() && mobility.size() == model.bodies();
   frames.resize(model.bodies());
   mobility.resize(model.bodies());
   velocities.resize(model.bodies());
@@ -17,12 +20,13 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
     const Transform pose{state.positions[i], state.orientations[i]};
     const Mat3 R = to_matrix(pose.rotation);
     const Vec3 arm = R * body.centre_of_mass;
+    velocities[i] = {};
+    const Vec3& omega = state.angular_velocities[i];
+    if (body.motion != Motion::still) velocities[i] = {state.linear_velocities[i] + cross(omega, arm), omega};
+    // A body that stands keeps its inertia.
+    if (again && !mobility[i].stiffened && std::memcmp(&frames[i].pose, &pose, sizeof pose) == 0) continue;
     frames[i] = {pose.position + arm, pose, {}};
     mobility[i] = {};
-    velocities[i] = {};
-    if (body.motion == Motion::still) continue;
-    const Vec3& omega = state.angular_velocities[i];
-    velocities[i] = {state.linear_velocities[i] + cross(omega, arm), omega};
     if (!model.is_dynamic(static_cast<Index>(i))) continue;
     frames[i].inertia = R * body.inertia * transposed(R);
     const double factor = model.mobility_factor(static_cast<Index>(i));

@@ -56,6 +56,7 @@ constexpr double most_parts = 200;
 // constrains the motion over the step, not the one at its start.
 
 GyroscopicSpin gyroscopic_spin(const Body& body, const Quat& orientation, const Vec3& omega, double h) {
+  if (omega == Vec3{}) return {omega, {}};
   const Vec3 spin = rotate(conjugate(orientation), omega);
   const Vec3 mean_spin = torque_free_mean(body.inertia, spin, h);
   if (mean_spin == spin) return {omega, {}};
@@ -160,6 +161,12 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) continue;
+    const bool rests = v[i].linear == Vec3{} && v[i].angular == Vec3{} && spins[i].lag == Vec3{};
+    if (rests && body.centre_of_mass == Vec3{}) {
+      state.linear_velocities[i] = state.angular_velocities[i] = {};
+      state.middle_velocities[i] = {};
+      continue;
+    }
     const Quat before = state.orientations[i];
     Vec3 omega = v[i].angular;
     // A body without spin keeps the bits of its orientation.

@@ -80,16 +80,18 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 }  // namespace
 
 // Poses do not change between the searches of a step. So the first search places the geoms, and the others
-// only widen the boxes by their own velocities.
+// only widen the boxes by their own velocities. Bodies that stand are where the last step placed them.
 void ContactFinder::place_geoms(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
+  const bool placed = frames_.size() == geoms.size();
   frames_.resize(geoms.size());
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
   balls_.resize(geoms.size(), memory_of(reach));
   const auto place = [&](std::size_t g) {
     const Geom& geom = geoms[g];
+    if (placed && standing_.stand(geom.body, world)) return;
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
     fixed_[g] = !model.is_dynamic(geom.body);
     balls_[g] = {frames_[g].position, unbounded};
@@ -233,7 +235,13 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   standing_.begin(reach);
   place_geoms(reach);
   reach_out(reach);
-  find_pairs(reach, fixed_);
+  stay_ = fixed_;
+  if (reach.has_sleepers()) {
+    const auto& geoms = reach.model.description().geoms;
+    for (std::size_t g = 0; g < geoms.size(); ++g)
+      stay_[g] = geoms[g].body < 0 || reach.asleep->stays[static_cast<std::size_t>(geoms[g].body)];
+  }
+  find_pairs(reach, stay_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
@@ -246,9 +254,17 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
     parts[0].kept.append(part.kept);
   }
   standing_.keep(parts[0].kept);
+  disturbed_.clear();
+  for (const Contact& c : contacts) note_disturbed(reach, c);
   // Support contacts of a body are only known now.
   level(reach, edges_.find(reach, frames_, contacts), contacts);
   redundant_.set_aside(reach, contacts);
+}
+
+void ContactFinder::note_disturbed(const Reach& reach, const Contact& c) {
+  if (!reach.has_sleepers()) return;
+  for (const Index body : {c.body_a, c.body_b})
+    if (reach.asleep->contains(body)) disturbed_.push_back(body);
 }
 
 // Pairs of the passages get the points along the neighbour's normal. The order by pairs is kept for the rest
@@ -334,8 +350,13 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
     any = any || !stay_[g];
   }
   if (!any) return;
+  // Two bodies asleep that lose the same free velocities find what they found in the step before: nothing.
+  const auto sleeps = [&](Index g) {
+    return reach.has_sleepers() && (fixed_[g] || reach.asleep->contains(geoms[g].body));
+  };
   const auto changed = [&](Index a, Index b) {
-    return reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
+    return !(sleeps(a) && sleeps(b)) &&
+           reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
   found_.clear();
@@ -343,6 +364,7 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   find_pairs(reach, stay_);
   visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return;
+    note_disturbed(reach, contact);
     if (edges_.passes(reach, frames_, contact)) return;
     if (!is_known(reach, contact, contacts)) found_.push_back(contact);
   });

@@ -38,6 +38,8 @@ class ContactFinder {
   // Appends the points at which v, of an unsolved step, leads through fixed geometry. It considers all fixed
   // geometry, because the contacts on which redundant points and internal edges rely may not hold.
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
+  // Bodies asleep that the searches of this step found in reach of others.
+  const std::vector<Index>& disturbed() const { return disturbed_; }
   // Where a contact touches in the middle of the step that v leads through.
   struct Middle {
     std::size_t contact;
@@ -98,6 +100,7 @@ class ContactFinder {
                const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
   // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
   void find_pairs(const Reach& reach, std::span<const unsigned char> stay);
+  void note_disturbed(const Reach& reach, const Contact& contact);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
   bool is_reached(Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
@@ -128,6 +131,7 @@ class ContactFinder {
   std::vector<Part> parts_;
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
+  std::vector<Index> disturbed_;
   Middles middles_;
   InternalEdges edges_;
   RedundantPoints redundant_;

@@ -2,13 +2,15 @@
 #pragma once
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/bodies/sleepers.hpp"
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/contact_law.hpp"
 
 namespace amontons {
 
 // Poses of the bodies, their velocities v over h, and the largest gap that counts. Threads: 0 for one per
-// core. Pairs: who finds boxes that overlap; null: this library. Results depend on neither.
+// core. Pairs: who finds boxes that overlap; null: this library. Results depend on neither. Islands asleep
+// keep their contacts, which no search tells.
 struct Reach {
   const Model& model;
   const BodyFrames& bodies;
@@ -16,6 +18,8 @@ struct Reach {
   double h, margin;
   unsigned threads = 1;
   const PairSearch* pairs = nullptr;
+  const Sleepers* asleep = nullptr;  // islands that stay; null: none
+  bool has_sleepers() const { return asleep && asleep->any(); }
 };
 
 // Speed at which the gap of a contact opens, and the gap at the end of the step.

@@ -64,7 +64,7 @@ double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean,
 // move.
 double closing_work(const EnergyInput& in) {
   const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
-  double impulses = 0;
+  double impulses = in.asleep;
   for (std::size_t i = 0; i < contacts; ++i) impulses += in.solution.x[in.problem.graph.first_row[i]];
   return in.closing * impulses;
 }

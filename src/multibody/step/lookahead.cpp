@@ -3,6 +3,7 @@
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
 #include "multibody/step/second_order.hpp"
+#include "multibody/step/sleep.hpp"
 
 namespace amontons {
 
@@ -10,12 +11,13 @@ void solve(const StepSetting& step, const StepSolver& solver, const Observed& o,
            Solved& solved) {
   find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again}, solved.solution,
             solved.islands);
-  solve_beside(solver, posed, solved);
+  solve_beside(solver, posed, step.asleep, solved);
   solved.after = o.free;
   // If all stops, impulses are not needed.
   if (!(solved.islands.all_rest() && solved.islands.slow))
     apply_impulses(*posed.problem, solved.solution.x, solved.after);
   stop_resting(step.model, posed.problem->graph.islands, solved.islands, solved.after);
+  stop_asleep(step.asleep, solved.after);
   solver.clock.lap(&Timings::solve);
 }
 
@@ -29,7 +31,8 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
                     step.h,
                     step.margin,
                     step.options.threads,
-                    step.options.pairs.get()};
+                    step.options.pairs.get(),
+                    &step.asleep};
   const std::size_t known = o.contacts.size();
   step.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);
@@ -37,7 +40,7 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
   const bool turning = !posed.turns.empty() && (found || first);
   if (found) take_in(solved, known, o, posed);
   const bool turned =
-      turning && find_turns(reach, o.free, enough_of_a_turn(step), o.contacts, step.finder, posed.turns);
+      turning && find_turns(reach, o.free, turns_of(step), o.contacts, step.finder, posed.turns);
   if (found || turned) write_b(o, posed);
   clock.lap(&Timings::assembly);
   if (!found && turned) posed.begin_at(solved);

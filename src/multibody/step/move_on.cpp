@@ -10,6 +10,7 @@
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/step/ahead.hpp"
+#include "multibody/step/sleep.hpp"
 #include "multibody/trees/rates.hpp"
 #include "multibody/trees/reactions.hpp"
 
@@ -37,6 +38,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
   const double least = least_slip(step, solved);
   keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, state.contacts);
+  carry_asleep(step.asleep, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
   store_slips(posed.rows, *posed.problem, solved.solution, least, state);
   TreeStep& trees = o.trees;

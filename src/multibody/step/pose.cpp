@@ -8,6 +8,7 @@
 #include "multibody/step/policy.hpp"
 #include "multibody/step/positions.hpp"
 #include "multibody/step/second_order.hpp"
+#include "multibody/step/sleep.hpp"
 #include "multibody/trees/momenta.hpp"
 #include "multibody/trees/rates.hpp"
 
@@ -17,10 +18,12 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
   const double error = allowed_error(step.model.length());
   const double fall = step.h * norm(step.model.description().gravity);
   const bool keeps_closed = step.recovery > 0 || !step.damped;
-  const bool overlaps = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-    return c.gap < -step::policy.deep * error && !(c.material.compliance > 0);
-  });
-  const bool few = 3 * contacts.size() + joint_rows <= step::policy.few_rows;
+  const double deep = step::policy.deep * error;
+  const bool overlaps =
+      step.asleep.overlap > deep || std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+        return c.gap < -deep && !(c.material.compliance > 0);
+      });
+  const bool few = 3 * (contacts.size() + step.asleep.contacts.size()) + joint_rows <= step::policy.few_rows;
   const double drift = step::policy.steps_of_slack * step.options.tolerance * fall * step.h;
   return {.h = step.h,
           .kick = step.kick(),
@@ -32,8 +35,8 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .model = &step.model};
 }
 
-double enough_of_a_turn(const StepSetting& step) {
-  return step::policy.least_turn * step.h * norm(step.model.description().gravity);
+TurnLimits turns_of(const StepSetting& step) {
+  return {step::policy.least_turn * step.h * norm(step.model.description().gravity), step.asleep.fastest};
 }
 
 // Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
@@ -61,8 +64,8 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, o.free,
-             enough_of_a_turn(step), o.contacts, step.finder, posed.turns);
+  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, o.free, turns_of(step),
+             o.contacts, step.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
@@ -94,6 +97,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   if (!w.empty() && !o.contacts.empty()) {
     posed.predicted = o.free;
     add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
+    stop_asleep(step.asleep, posed.predicted);
   }
   posed.turns.clear();
   if (!step.damped && !o.contacts.empty() && !clock.short_of_time) turn_ahead(step, o, posed);

@@ -1,6 +1,7 @@
 // Stage 4 of a step: bodies, joints and contacts become one variational inequality.
 #pragma once
 #include "multibody/step/observe.hpp"
+#include "multibody/step/second_order.hpp"
 #include "multibody/step/step_problem.hpp"
 
 namespace amontons {
@@ -15,7 +16,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
 
 // Smallest change of contact velocity by turning that counts (m/s): a share of the velocity that gravity adds
 // within the step. Feet that swing by less have no energy to lose there, and need not follow.
-double enough_of_a_turn(const StepSetting& step);
+TurnLimits turns_of(const StepSetting& step);
 
 // b of the problem, for the free velocities and the turns of contacts: once they are known, and again where
 // the look ahead changes them.

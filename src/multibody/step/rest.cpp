@@ -37,8 +37,9 @@ bool is_slow(const BodyVelocity& v, double length, double slow) {
 
 // The speed of an error of 1, per island; returns that of all islands. The residual is a norm over all bodies
 // of an island: one of n equal bodies may have the whole error. Bodies without an island have none.
-double find_speeds(double fall, std::size_t bodies, const Islands& graph, std::vector<Island>& each) {
-  double all = 0;
+double find_speeds(double fall, std::size_t bodies, const Islands& graph, std::size_t asleep,
+                   std::vector<Island>& each) {
+  auto all = static_cast<double>(asleep);
   for (std::size_t i = 0; i < bodies; ++i)
     if (const Index home = graph.of_body[i]; home >= 0) each[home].speed += 1;
   for (Island& island : each) {
@@ -90,9 +91,9 @@ double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
   return moving.residual();
 }
 
-// The islands at rest; false if there is none. The velocities at the start may be as large as the error of a
-// start within the tolerance: the impulses of this step take them out. Those after them may not, unless all
-// rests, because the bodies lose what remains.
+// The islands at rest; false if there is none, even asleep. The velocities at the start may be as large as
+// the error of a start within the tolerance: the impulses of this step take them out. Those after them may
+// not, unless all rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
                                  Solution& start, StepIslands& islands) {
   const Model& model = step.model;
@@ -101,23 +102,24 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto slow = [&](const BodyVelocity& v) { return is_slow(v, model.length(), slowest); };
   const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
-  if (std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
+  const bool some = step.asleep.any();
+  if (!some && std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const double rounding = step::policy.direct_start * tolerance;
   const Problem& problem = posed.problem;
   const Islands& graph = problem.graph.islands;
   islands.each.assign(graph.count, {});
-  slowest = tolerance * find_speeds(fall, model.bodies(), graph, islands.each);
+  slowest = tolerance * find_speeds(fall, model.bodies(), graph, step.asleep.bodies(), islands.each);
   for (Island& island : islands.each) island.rests = true;
   // Before the step, and with the start.
   islands.slow = true;
   for (const auto& [v, error] : {std::pair{&o.start, tolerance}, std::pair{&posed.predicted, rounding}}) {
     islands.slow = islands.slow && std::all_of(v->begin(), v->end(), slow);
     if (!islands.slow) keep_slow(model.length(), *v, error, graph, islands.each);
-    if (!rests_any(islands)) return false;
+    if (!some && !rests_any(islands)) return false;
   }
   begin_at(problem, posed.x0, start);
   keep_solved(problem, step.options.law, tolerance, rounding, start, islands);
-  return rests_any(islands);
+  return some || rests_any(islands);
 }
 
 void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, Solution& start,
@@ -132,7 +134,10 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
   }
   islands.any_rests = false;
   moving.blocks.clear();
-  if (posed.x0.empty() || o.contacts.empty() || !find_islands_at_rest(step, o, posed, start, islands)) return;
+  // The same part of the problem is solved whether others rest or sleep: its bits depend on that.
+  if (posed.x0.empty() || (o.contacts.empty() && !step.asleep.any()) ||
+      !find_islands_at_rest(step, o, posed, start, islands))
+    return;
   const std::vector<Index>& home = problem.graph.islands.of_block;
   for (std::size_t k = 0; k < home.size(); ++k)
     if (!islands.each[home[k]].rests) moving.blocks.push_back(k);

@@ -3,21 +3,11 @@
 #include <span>
 #include <vector>
 
+#include "amontons/multibody/bodies/sleepers.hpp"
 #include "amontons/solvers/driver/parts.hpp"
 #include "multibody/step/observe.hpp"
 
 namespace amontons {
-
-// Squares of the natural maps of x and of zero impulses. Both sum over blocks, and so over islands: the sums
-// over some islands give the residual of these together.
-struct SquaredMaps {
-  double map = 0, at_zero = 0;
-  void add(const SquaredMaps& other) {
-    map += other.map;
-    at_zero += other.at_zero;
-  }
-  double residual() const;  // that of two zeros is zero
-};
 
 // An island of the problem and its motion in the step. ContactGraph::islands numbers them.
 struct Island {

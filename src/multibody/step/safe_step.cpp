@@ -25,7 +25,8 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .rows = posed.rows,
           .dt = step.options.dt,
           .recovery = step.recovery,
-          .closing = posed.assembly.closing};
+          .closing = posed.assembly.closing,
+          .asleep = step.asleep.impulses};
 }
 
 // Velocities of impulses that were changed.

@@ -258,8 +258,7 @@ static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const
 static constexpr std::size_t turns_per_part =
     4096;  // not tuned: 100 us, long beside the hand-over to a thread
 
-// The largest speed (m/s) of a contact point on either body, with the velocities v.
-static double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
+double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
   double fastest = 0;
   const auto include_point = [&](Index body, const Vec3& arm) {
     if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
@@ -272,11 +271,13 @@ static double fastest_point(const std::vector<Contact>& contacts, const BodyVelo
 }
 
 // A term within `least` of the last one changes nothing: the problem is then not solved again for it.
-bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
+bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
   // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
   // have left it. Turns at many times the present speeds come from such impulses.
-  const double most = step::policy.fastest_turn * (fastest_point(contacts, free) + least);
+  const double least = limits.least;
+  const double most =
+      step::policy.fastest_turn * (std::max(limits.fastest, fastest_point(contacts, free)) + least);
   static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
   found.assign(contacts.size(), {});
   const ContactFinder::Middles& middles = finder.find_middles(reach, contacts);

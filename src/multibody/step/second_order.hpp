@@ -35,10 +35,17 @@ struct SmoothInput {
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
 
+// Speeds (m/s) that limit turns of contacts: smaller ones count as none. `fastest`: of contact points without
+// impulses that are not among the contacts.
+struct TurnLimits {
+  double least, fastest = 0;
+};
+// The largest speed (m/s) of a contact point on either body, with the velocities v.
+double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v);
 // The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Ignores
-// terms below `least` (m/s) and terms far above the free velocities. Replaces `turns` if one changes by more
-// than `least`; returns whether it does.
-bool find_turns(const Reach& reach, const BodyVelocities& free, double least,
+// small terms and terms far above the free velocities. Replaces `turns` if one changes by more than the least
+// that counts; returns whether it does.
+bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns);
 
 }  // namespace amontons

@@ -16,6 +16,7 @@
 #include "multibody/step/clock.hpp"
 #include "multibody/step/report_sums.hpp"
 #include "multibody/step/scratch.hpp"
+#include "multibody/step/sleep.hpp"
 #include "multibody/step/step_sums.hpp"
 
 namespace amontons {
@@ -61,6 +62,7 @@ Simulation& Simulation::operator=(const Simulation& other) {
   options_ = other.options_;
   state_ = other.state_;
   last_ = other.last_;
+  forget_whole();
   return *this;
 }
 // Defined here, where Scratch is complete.
@@ -94,11 +96,54 @@ StepInstant Simulation::instant() const {
   return {time, read_coordinates(*tree_, there).q};
 }
 
+// The user may have changed anything since the last step. A kick of another length wakes all.
+void Simulation::begin_step() {
+  wake_changed(*model_, last_.before, state_, last_.asleep, last_.touching);
+  last_.before = state_;
+  begin_with_velocities(*model_, state_);
+  if (state_.last_step != options_.dt || state_.impulse_step != options_.dt)
+    wake_all(last_.asleep, last_.touching);
+}
+
+void Simulation::put_back() {
+  state_ = last_.before;
+  begin_with_velocities(*model_, state_);
+}
+
+void Simulation::forget_whole() {
+  whole_->has_contacts = false;
+  whole_->solve.problem.reset();
+}
+
+const std::vector<Contact>& Simulation::contacts() const {
+  if (!last_.asleep.any()) return last_.contacts;
+  const std::lock_guard lock(whole_->reading);
+  if (!whole_->has_contacts) join_contacts(last_.contacts, last_.found, last_.asleep, whole_->contacts);
+  whole_->has_contacts = true;
+  return whole_->contacts;
+}
+
+std::size_t Simulation::sleeping() const { return last_.asleep.bodies(); }
+
+// A simulation without memory leaves out no island.
+const Simulation::Solve& Simulation::whole() const {
+  if (!last_.beside_sleepers) return last_.solve;
+  const std::lock_guard lock(whole_->reading);
+  if (!whole_->solve.problem) {
+    Simulation again(model_, options_);
+    again.state_ = last_.before;
+    again.step();
+    whole_->solve = again.last_.solve;
+  }
+  return whole_->solve;
+}
+
 // Copied, not moved: users hold views of the arrays.
 void Simulation::reset() {
   const State initial = first_state();
   state_ = initial;
   last_ = {};
+  forget_whole();
 }
 
 // Rates of the instants would not do. Single steps of joints alternate about the mean, which goes into the
@@ -171,21 +216,26 @@ Simulation::Outcome Simulation::try_step(const Attempt& attempt, StepClock& cloc
 void Simulation::make_step(Report& report) {
   if (last_.changed_nothing && repeat_step(report)) return;
   last_.changed_nothing = last_.has_energies = false;
+  forget_whole();
   // The user may have written into the state since the last step.
   validate(*model_, state_);
   StepClock clock(options_.budget, last_.to_reserve);
-  last_.before = state_;
-  begin_with_velocities(*model_, state_);
+  begin_step();
   const double before = state_.last_step;
   bool advanced = true;
   try {
     const bool by_velocities = options_.recovery == Recovery::velocity;
-    for (Attempt attempt{1, by_velocities, by_velocities, false};;) {
+    for (Attempt attempt{1, by_velocities, by_velocities, false, true};;) {
       attempt.is_last = attempt.damped && !attempt.recovers && 2 * attempt.parts > options_.max_substeps;
       const Outcome outcome = try_step(attempt, clock, report);
+      if (outcome == Outcome::woken) {
+        put_back();
+        continue;
+      }
       const bool balanced = outcome != Outcome::unbalanced;
       advanced = outcome <= Outcome::missed;
       if (outcome == Outcome::sound || (balanced && (Interrupt::requested() || clock.over_attempt()))) break;
+      attempt.is_first = false;
       if (attempt.recovers) {
         attempt.recovers = false;  // joints may contradict the correction by velocities
       } else {
@@ -193,8 +243,7 @@ void Simulation::make_step(Report& report) {
         if (balanced && attempt.parts > options_.max_substeps) break;
         attempt.damped = attempt.damped || !balanced;
       }
-      state_ = last_.before;
-      begin_with_velocities(*model_, state_);
+      put_back();
     }
   } catch (...) {
     state_ = last_.before;
@@ -308,10 +357,10 @@ void Simulation::keep_results(double joint_error) {
   for (const BodyFrame& body : observed.frames) last_.stood.push_back(body.pose);
   last_.joint_error = joint_error;
   std::swap(last_.contacts, observed.contacts);
-  std::swap(last_.x, solved.solution.x);
+  std::swap(last_.solve.x, solved.solution.x);
   std::shared_ptr<Problem> old;
-  if (last_.problem.use_count() == 1) old = std::const_pointer_cast<Problem>(last_.problem);
-  last_.problem = std::exchange(posed.problem, std::move(old));
+  if (last_.solve.problem.use_count() == 1) old = std::const_pointer_cast<Problem>(last_.solve.problem);
+  last_.solve.problem = std::exchange(posed.problem, std::move(old));
 }
 
 // A point may carry only an impact, which the contacts of the state do not include, so the pairs are stored
@@ -329,6 +378,9 @@ void Simulation::note_touching(bool advanced) {
 
 ContactEvents Simulation::contact_events() const {
   auto now = last_.touching, before = last_.touched;
+  for (const Contact& c : last_.asleep.contacts)
+    if (!(c.impulse == Vec3{}))
+      for (auto* pairs : {&now, &before}) pairs->push_back({c.body_a, c.body_b, c.geom_a, c.geom_b});
   for (auto* pairs : {&now, &before}) {
     std::sort(pairs->begin(), pairs->end());
     pairs->erase(std::unique(pairs->begin(), pairs->end()), pairs->end());
@@ -356,7 +408,7 @@ Contact seen_from_b(Contact c) {
 std::vector<Contact> Simulation::contacts_of(Reference body) const {
   const Index index = body.body_among(model_->description().bodies);
   std::vector<Contact> found;
-  for (const Contact& c : last_.contacts)
+  for (const Contact& c : contacts())
     if (c.body_a == index || c.body_b == index) found.push_back(c.body_a == index ? c : seen_from_b(c));
   return found;
 }

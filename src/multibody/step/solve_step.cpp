@@ -175,30 +175,33 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart 
 
 // The residual of the whole is at most the largest of an island, and that of the islands at rest was measured
 // with their start. An error that the others left may be within the tolerance of the whole.
-static void merge(const StepSolver& solver, const StepIslands& islands, Solution& s) {
+static void measure_beside(const StepSolver& solver, const Problem& problem, const StepIslands& islands,
+                           const Sleepers& asleep, double residual, Solution& s) {
+  const double at_zero = problem.rows() > 0 ? natural_map_at_zero(problem, solver.simulation.law) : 0;
+  SquaredMaps all = asleep.maps;
+  all.add({residual * residual * at_zero * at_zero, at_zero * at_zero});
+  s.residual = residual_beside_rest(islands, all);
   const double tolerance = solver.simulation.tolerance;
-  const Part& moving = islands.moving;
-  Merging(s, tolerance).add(moving);
-  const double at_zero = natural_map_at_zero(moving.of.problem, solver.simulation.law);
-  const double map = moving.solution.residual * at_zero;
-  s.residual = residual_beside_rest(islands, {map * map, at_zero * at_zero});
-  if (moving.solution.residual > tolerance && s.residual <= tolerance) s.status = Status::converged;
+  if (residual > tolerance && s.residual <= tolerance) s.status = Status::converged;
 }
 
 // No search for errors of light bodies among those at rest: each of their velocities is known to be slow.
-void solve_beside(const StepSolver& solver, const StepProblem& posed, Solved& solved) {
+void solve_beside(const StepSolver& solver, const StepProblem& posed, const Sleepers& asleep,
+                  Solved& solved) {
   StepIslands& islands = solved.islands;
   Solution& s = solved.solution;
   if (!islands.any_rests) {
     s = solve_step(solver, *posed.problem, {posed.x0, posed.again}, std::move(s));
+    if (asleep.any()) measure_beside(solver, *posed.problem, islands, asleep, s.residual, s);
   } else if (islands.all_rest()) {
-    s.residual = residual_beside_rest(islands, {});
+    s.residual = residual_beside_rest(islands, asleep.maps);
     s = accepted(std::move(s), warm_start_method);
     solver.sums.add_cost(s);
   } else {
     Part& part = islands.moving;
     part.solution = solve_step(solver, part.of.problem, {part.x0, posed.again}, std::move(part.solution));
-    merge(solver, islands, s);
+    Merging(s, solver.simulation.tolerance).add(part);
+    measure_beside(solver, part.of.problem, islands, asleep, part.solution.residual, s);
   }
 }
 

@@ -39,6 +39,6 @@ struct StepStart {
 Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart start, Solution memory = {});
 // The same without the islands at rest: find_rest() has put their start, which is their solution, into
 // solved.solution.
-void solve_beside(const StepSolver& solver, const StepProblem& posed, Solved& solved);
+void solve_beside(const StepSolver& solver, const StepProblem& posed, const Sleepers& asleep, Solved& solved);
 
 }  // namespace amontons

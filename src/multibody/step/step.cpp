@@ -13,6 +13,7 @@
 #include "multibody/step/report_sums.hpp"
 #include "multibody/step/safe_step.hpp"
 #include "multibody/step/scratch.hpp"
+#include "multibody/step/sleep.hpp"
 
 namespace amontons {
 
@@ -44,6 +45,28 @@ bool all_finite(const BodyVelocities& velocities) {
 
 }  // namespace
 
+// Whether a step would have another result for islands asleep: they wake, and the step is made again.
+bool Simulation::wakes(bool all) {
+  const std::vector<Index>& disturbed = scratch_->finder.disturbed();
+  if (!last_.asleep.any() || (!all && disturbed.empty())) return false;
+  if (all)
+    wake_all(last_.asleep, last_.touching);
+  else
+    wake(*model_, disturbed, last_.asleep, last_.touching);
+  return true;
+}
+
+// A step of another length than the last one, a held step, and a method of the user's say nothing of the
+// next.
+void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
+  const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
+  if (!steady || options_.held > 0 || options_.own_method) return;
+  const auto& [observed, posed, solved, _1, _2, _3, _4] = *scratch_;
+  last_.found =
+      fall_asleep({step, last_.before, state_, observed, posed, solved.islands, *last_.solve.problem, found},
+                  last_.contacts, last_.asleep);
+}
+
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
   auto& [observed, posed, solved, finder, elimination, position_elimination, impact_elimination] = *scratch_;
@@ -52,6 +75,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
                          .tree = *tree_,
                          .forest = *forest_,
                          .options = options_,
+                         .asleep = last_.asleep,
                          .finder = finder,
                          .h = h,
                          .last = state_.last_step,
@@ -67,8 +91,9 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   const PositionErrors errors = observed.errors;
   // The size of the step is known, and so is its work limit. A limit set by the user replaces it.
   if (options_.max_iterations == 0)
-    budget.limit_work(most_work(observed.contacts.size() + 6 * model.joints()));
-  correct(step, clock, position_elimination, state_, observed, sums);
+    budget.limit_work(
+        most_work(observed.contacts.size() + last_.asleep.contacts.size() + 6 * model.joints()));
+  const bool corrected = correct(step, clock, position_elimination, state_, observed, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
@@ -81,6 +106,9 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   end_impacts(step, bounced, state_, observed);
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
+  const std::size_t found = observed.contacts.size();
+  if (wakes(corrected || !last_.asleep.have(posed.assembly.closing, posed.assembly.slack)))
+    return Outcome::woken;
   clock.lap(&Timings::assembly);
   Budget before_look = budget.part_of_time(step::policy.share_of_part);
   solve(step, solver(before_look, elimination), observed, posed, solved);
@@ -88,18 +116,26 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   // 6. and 7.
   solved.path = StepPath::accurate;
   solved.balance = balance_of(step, observed, posed, solved);
+  const bool accurate = solved.solution.status == Status::converged && solved.balance.holds();
+  if (wakes(!accurate)) return Outcome::woken;
   if (!solved.balance.holds() && !attempt.is_last && !clock.over_attempt()) return Outcome::unbalanced;
-  if (solved.solution.status != Status::converged || !solved.balance.holds())
-    make_safe(step, clock, elimination, observed, posed, solved);
+  if (!accurate) make_safe(step, clock, elimination, observed, posed, solved);
   add_part(errors, posed, solved, options_.tolerance, sums, report);
+  report.contacts += last_.asleep.contacts.size();
+  report.penetration = std::max(report.penetration, last_.asleep.penetration);
   const double joint_error = std::max(errors.joint.distance, model.length() * errors.joint.angle);
   report.joints_close = joint_error < last_.joint_error;
   if (!all_finite(solved.after)) return Outcome::not_finite;
   // 8.
   move_on(step, posed, solved, observed, state_);
   keep_results(joint_error);
+  last_.beside_sleepers = last_.asleep.any();
+  last_.found = found;
+  const bool sound = sums.status == Status::converged && solved.balance.holds();
+  // Only the first attempt at a step that nothing shifted tells what the next step will do.
+  if (sound && attempt.is_first && !corrected && !bounced && !clock.short_of_time) let_sleep(step, found);
   clock.lap(&Timings::integration);
-  return sums.status == Status::converged && solved.balance.holds() ? Outcome::sound : Outcome::missed;
+  return sound ? Outcome::sound : Outcome::missed;
 }
 
 }  // namespace amontons

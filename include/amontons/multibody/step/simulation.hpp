@@ -2,10 +2,12 @@
 #include <atomic>
 #include <initializer_list>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/bodies/sleepers.hpp"
 #include "amontons/multibody/kinematics/rays.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/multibody/step/simulation_options.hpp"
@@ -25,11 +27,6 @@ struct StepInstant {
   std::vector<double> q;  // generalised coordinates at that time, in the order of Tree
 };
 
-// Two geoms, with the bodies that carry them.
-struct GeomPair {
-  Index body_a, body_b, geom_a, geom_b;
-  auto operator<=>(const GeomPair&) const = default;
-};
 // Pairs that began to carry a contact force in a step, and pairs that ceased to, in order.
 struct ContactEvents {
   std::vector<GeomPair> began, ended;
@@ -40,6 +37,7 @@ class Tree;             // generalised coordinates, kinematics/tree.hpp
 struct Forest;          // bodies that move in coordinates of joints, trees/forest.hpp
 struct PositionErrors;  // at the start of a step, step/observe.hpp
 struct StepScratch;     // memory of a step, step/scratch.hpp
+struct StepSetting;     // constant during a step, step/setting.hpp
 struct StepSums;        // solves of a step, step/report_sums.hpp
 
 // A model in motion: its state, and the results of the last step. Steps are deterministic: the same state and
@@ -85,7 +83,7 @@ class Simulation {
   // The state at the start of the last step; without bodies before the first step.
   const State& last_state() const;
   // Contacts of the last step or substep, including open ones.
-  const std::vector<Contact>& contacts() const { return last_.contacts; }
+  const std::vector<Contact>& contacts() const;
   // Contacts of one body, or between two, by index or name, "world" included. The first body is A: normals
   // and impulses are those on it. `local` stays that of the contact in contacts().
   std::vector<Contact> contacts_of(Reference body) const;
@@ -100,9 +98,12 @@ class Simulation {
   GeomHit ray(const Vec3& origin, const Vec3& direction, std::initializer_list<Reference> exclude = {}) const;
   // One per joint; empty before the first step.
   const std::vector<JointReaction>& joint_reactions() const { return last_.reactions; }
-  // The VI of the last step or substep, and its solution; empty before the first step.
-  const std::shared_ptr<const Problem>& problem() const { return last_.problem; }
-  const std::vector<double>& impulses() const { return last_.x; }
+  // The VI of the last step or substep, and its solution; empty before the first step. A step that left out
+  // islands asleep is made again without sleep for them, with the same bits.
+  const std::shared_ptr<const Problem>& problem() const { return whole().problem; }
+  const std::vector<double>& impulses() const { return whole().x; }
+  // Number of bodies asleep: the next step leaves their islands out, unless something wakes them.
+  std::size_t sleeping() const;
   // Generalised accelerations along qd, of which the forces of the last step are the cause: means from the
   // middle of the step before to that of the last one. Zeros before the first step.
   std::vector<double> accelerations() const;
@@ -123,12 +124,17 @@ class Simulation {
   // attempt is of first order and may lose but never gain energy.
   struct Attempt {
     unsigned parts;
-    bool damped, recovers, is_last;
+    bool damped, recovers, is_last, is_first = false;
   };
   // The end of an attempt or of a part of it. sound: within all tolerances; missed: not so, but the step
   // moved on. The last two leave the state as it was: velocities are not finite, or the part created energy
-  // and another attempt follows.
-  enum class Outcome : unsigned char { sound, missed, not_finite, unbalanced };
+  // and another attempt follows. woken: islands asleep are awake now, and the attempt is made again.
+  enum class Outcome : unsigned char { sound, missed, not_finite, unbalanced, woken };
+  // A problem and its solution.
+  struct Solve {
+    std::shared_ptr<const Problem> problem;
+    std::vector<double> x;
+  };
   void make_step(Report& report);
   // The same for a step that would change nothing but the time, as the last one did; false if it could.
   bool repeat_step(Report& report);
@@ -137,8 +143,14 @@ class Simulation {
   Outcome try_step(const Attempt& attempt, StepClock& clock, Report& report);
   // The stages of a part of length h (s), step/step.cpp.
   Outcome advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report);
+  bool wakes(bool all);
+  void let_sleep(const StepSetting& step, std::size_t found);
   void keep_results(double joint_error);
   void note_touching(bool advanced);
+  void begin_step();
+  void put_back();
+  const Solve& whole() const;
+  void forget_whole();
 
   State first_state() const;
 
@@ -158,14 +170,26 @@ class Simulation {
     std::vector<Contact> contacts;
     std::vector<GeomPair> touching, touched;  // with a force in the last step, and in the one before
     std::vector<JointReaction> reactions;
-    std::shared_ptr<const Problem> problem;
-    std::vector<double> x;
+    Solve solve;
+    // Islands that the next step leaves out. The contacts above are those of the others, `found` of them in
+    // the order of pairs.
+    Sleepers asleep;
+    std::size_t found = 0;
+    bool beside_sleepers = false;  // the problem is that of the islands awake
     // The step changed nothing but the time, and `report` is that of all steps that repeat it.
     bool changed_nothing = false;
     Report report;
     bool has_energies = false;  // the report
   } last_;
   std::unique_ptr<StepScratch> scratch_;
+  // All islands, made on demand after a step beside islands asleep.
+  struct Whole {
+    std::mutex reading;
+    bool has_contacts = false;
+    std::vector<Contact> contacts;
+    Solve solve;
+  };
+  std::unique_ptr<Whole> whole_ = std::make_unique<Whole>();
   std::atomic<bool> stepping_{false};
 };
 

@@ -1,0 +1,61 @@
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "amontons/multibody/model/state.hpp"
+#include "amontons/problem/contact.hpp"
+
+namespace amontons {
+
+// Two geoms, with the bodies that carry them.
+struct GeomPair {
+  Index body_a, body_b, geom_a, geom_b;
+  auto operator<=>(const GeomPair&) const = default;
+};
+
+// Squares of the natural maps of x and of zero impulses. Both sum over blocks, and so over islands: the sums
+// over some islands give the residual of these together.
+struct SquaredMaps {
+  double map = 0, at_zero = 0;
+  void add(const SquaredMaps& other) {
+    map += other.map;
+    at_zero += other.at_zero;
+  }
+  double residual() const;  // that of two zeros is zero
+};
+
+// Islands that a step leaves out, because their result is that of the last step to the bit (step/sleep.hpp).
+// They are islands of bodies without joints, and no contact joins two of them.
+struct Sleepers {
+  struct Group {
+    SquaredMaps maps;  // of their impulses
+    bool sleeps = true;
+  };
+  std::vector<Group> groups;
+  std::vector<Index> group;          // per body, -1: awake; empty: nothing sleeps
+  std::vector<unsigned char> stays;  // per body: asleep, or impulses do not move it and it did not move
+  std::vector<unsigned char> bears;  // per body that impulses do not move: something asleep touches it
+  std::vector<Contact> contacts;  // of the islands, ascending by pairs, with the results of their last step
+  std::vector<CarriedContact> carried;  // the same in the state
+  // The rule for closed contacts of the step that they fell asleep in (Assembly).
+  double closing = 0, slack = 0;
+  // Parts of the contacts in sums over the whole scene.
+  double overlap = 0;      // m, the largest of rigid ones
+  double penetration = 0;  // m, of all
+  double fastest = 0;      // m/s, of a contact point with the free velocities
+  double impulses = 0;     // N s, sum along normals
+  SquaredMaps maps;
+
+  bool have(double closing_now, double slack_now) const {
+    return !any() || (closing == closing_now && slack == slack_now);
+  }
+  bool any() const { return !group.empty(); }
+  std::size_t bodies() const {
+    return static_cast<std::size_t>(
+        std::count_if(group.begin(), group.end(), [](Index g) { return g >= 0; }));
+  }
+  bool contains(Index body) const { return body >= 0 && any() && group[static_cast<std::size_t>(body)] >= 0; }
+  bool touches(const Contact& c) const { return contains(c.body_a) || contains(c.body_b); }
+};
+
+}  // namespace amontons

@@ -1,0 +1,315 @@
+// A step is a function of the state without its time, and of islands that no contact joins each is a function
+// of its own part. An island rests in a step that leaves its part as it was, to the bit: poses, velocities,
+// loads, and the impulses from which solves start. The next step then finds the same for it, as long as
+// nothing changes this part and no other body comes near. So there is no tolerance, and nothing drifts.
+//
+// Some rules of a step depend on the whole scene. Those for closed contacts depend on the number of contacts
+// and on the deepest overlap, and the energy balance on all impulses. Sleepers keep their part. If a step
+// corrects positions, misses its tolerance or applies another rule, all wake and the step is made again.
+//
+// Bodies with joints, tendons, drives of their own or bonds do not fall asleep: their rows depend on more.
+//
+// Why the others keep their bits. The search treats bodies asleep as fixed. So it finds no pair of two of
+// them, and each pair of one with a body awake. If such a pair has a point in reach, its island wakes. Until
+// then its contacts are those of the step before. Contacts of a pair are a function of the poses and free
+// velocities of its bodies (contacts/standing_pairs). Flush neighbours and redundant points follow from the
+// other contacts of these bodies. Rows and b follow from contacts and the rules that the sleepers keep. The
+// impulses in the state solve the problem to rounding, so that they are its solution again. The other islands
+// are solved as the same part of the problem, whether those left out rest or sleep (step/rest). Sums over the
+// scene have zeros of those asleep, as the work along mean velocities has. Their velocities without impulses
+// are known, so that a look ahead compares the same changes.
+//
+// An iterative method carries over the rounding of its tolerance. Beside other motion its islands
+// rest only once the residual is a small part of the tolerance, and then sleep.
+#include "multibody/step/sleep.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+#include "multibody/contacts/pair_order.hpp"
+#include "multibody/step/second_order.hpp"
+
+namespace amontons {
+
+namespace {
+
+// Bits and not values: a zero of the other sign is a change.
+template <class T>
+bool same_bits(const T* a, const T* b, std::size_t count) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  return std::memcmp(a, b, count * sizeof(T)) == 0;
+}
+
+// Calls f(a, b) for all arrays of two states with an entry per body.
+template <class F>
+bool all_of_bodies(const State& a, const State& b, F&& f) {
+  return f(a.positions, b.positions) && f(a.orientations, b.orientations) &&
+         f(a.linear_velocities, b.linear_velocities) && f(a.angular_velocities, b.angular_velocities) &&
+         f(a.middle_velocities, b.middle_velocities) && f(a.forces, b.forces) && f(a.torques, b.torques) &&
+         f(a.held_forces, b.held_forces) && f(a.held_torques, b.held_torques);
+}
+
+bool same_bodies(const State& a, const State& b, std::size_t first, std::size_t count) {
+  return all_of_bodies(a, b, [&](const auto& x, const auto& y) {
+    return x.size() >= first + count && y.size() >= first + count && same_bits(&x[first], &y[first], count);
+  });
+}
+
+// Calls f(i) for every body with other bits in the two states. Most bodies have the same: runs of them are
+// compared at once.
+template <class F>
+void for_each_changed(const State& a, const State& b, F&& f) {
+  constexpr std::size_t run = 64;  // not tuned: some kB
+  const std::size_t bodies = a.positions.size();
+  for (std::size_t first = 0; first < bodies; first += run) {
+    const std::size_t count = std::min(run, bodies - first);
+    if (same_bodies(a, b, first, count)) continue;
+    for (std::size_t i = first; i < first + count; ++i)
+      if (!same_bodies(a, b, i, 1)) f(i);
+  }
+}
+
+// Bodies whose motion depends on more than their own part of the state and their contacts. Couplings join
+// coordinates of joints, whose bodies are listed with the joints. A tendon may pass over free bodies, and a
+// drive may push one: controls are no part of a body.
+std::vector<unsigned char> find_linked(const Model& model) {
+  const ModelDescription& d = model.description();
+  std::vector<unsigned char> linked(model.bodies(), 0);
+  const auto link = [&](Index body) {
+    if (body >= 0) linked[static_cast<std::size_t>(body)] = 1;
+  };
+  for (const Joint& j : d.joints) {
+    link(j.body_a);
+    link(j.body_b);
+  }
+  for (const Tendon& t : d.tendons)
+    for (const PathElement& p : t.path) link(p.body);
+  for (const Actuator& a : d.actuators) {
+    link(a.transmission.body);
+    link(a.transmission.reference_body);
+  }
+  for (const Bond& b : d.bonds) {
+    link(b.body_a);
+    link(b.body_b);
+  }
+  return linked;
+}
+
+// The pair of geoms in the order of a search.
+std::pair<Index, Index> in_order(const Contact& c) { return std::minmax(c.geom_a, c.geom_b); }
+bool is_before(const Contact& a, const Contact& b) { return in_order(a) < in_order(b); }
+bool carried_before(const CarriedContact& a, const CarriedContact& b) { return pair_of(a) < pair_of(b); }
+
+std::size_t end_of(const std::vector<CarriedContact>& all, std::size_t first) {
+  std::size_t end = first;
+  while (end < all.size() && pair_of(all[end]) == pair_of(all[first])) ++end;
+  return end;
+}
+
+// Calls f(body A) for pairs whose contacts differ in two lists that ascend.
+template <class F>
+void for_each_changed(const Model& model, const std::vector<CarriedContact>& a,
+                      const std::vector<CarriedContact>& b, F&& f) {
+  constexpr std::size_t run = 16;  // not tuned: 2 kB
+  const auto body = [&](const CarriedContact& c) { return model.geom(c.geom_a).body; };
+  for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
+    if (i + run <= a.size() && k + run <= b.size() && same_bits(&a[i], &b[k], run)) {
+      i += run;
+      k += run;
+    } else if (k == b.size() || (i < a.size() && carried_before(a[i], b[k]))) {
+      f(body(a[i++]));
+    } else if (i == a.size() || carried_before(b[k], a[i])) {
+      f(body(b[k++]));
+    } else {
+      const std::size_t end_a = end_of(a, i), end_b = end_of(b, k);
+      if (end_a - i != end_b - k || !same_bits(&a[i], &b[k], end_a - i)) f(body(a[i]));
+      i = end_a;
+      k = end_b;
+    }
+  }
+}
+
+bool has_impulse(const Contact& c) { return !(c.impulse == Vec3{}); }
+
+// Makes what follows from the contacts asleep, and from the groups that sleep.
+void count(const Model& model, Sleepers& s) {
+  if (s.contacts.empty()) {
+    s = {};
+    return;
+  }
+  s.overlap = s.penetration = s.impulses = 0;
+  s.stays.assign(model.bodies(), 0);
+  s.bears.assign(model.bodies(), 0);
+  for (std::size_t i = 0; i < model.bodies(); ++i)
+    s.stays[i] = s.group[i] >= 0 || !model.is_dynamic(static_cast<Index>(i));
+  for (const Contact& c : s.contacts) {
+    if (!(c.material.compliance > 0)) s.overlap = std::max(s.overlap, -c.gap);
+    s.penetration = std::max(s.penetration, -c.gap);
+    s.impulses += dot(c.normal, c.impulse);
+    if (c.body_b >= 0 && !model.is_dynamic(c.body_b)) s.bears[static_cast<std::size_t>(c.body_b)] = 1;
+  }
+  // Groups that woke leave no number behind.
+  std::vector<Index> number(s.groups.size(), -1);
+  Index kept = 0;
+  s.maps = {};
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    if (!s.groups[i].sleeps) continue;
+    s.maps.add(s.groups[i].maps);
+    s.groups[static_cast<std::size_t>(kept)] = s.groups[i];
+    number[i] = kept++;
+  }
+  s.groups.resize(static_cast<std::size_t>(kept));
+  for (Index& home : s.group)
+    if (home >= 0) home = number[static_cast<std::size_t>(home)];
+}
+
+// Wakes the groups that no longer sleep.
+void wake_marked(const Model& model, Sleepers& s, std::vector<GeomPair>& touching) {
+  const auto wakes = [&](Index body) {
+    const Index home = s.group[static_cast<std::size_t>(body)];
+    return home >= 0 && !s.groups[static_cast<std::size_t>(home)].sleeps;
+  };
+  std::erase_if(s.carried, [&](const CarriedContact& c) { return wakes(model.geom(c.geom_a).body); });
+  std::erase_if(s.contacts, [&](const Contact& c) {
+    const bool awake = wakes(c.body_a);
+    if (awake && has_impulse(c)) touching.push_back({c.body_a, c.body_b, c.geom_a, c.geom_b});
+    return awake;
+  });
+  for (std::size_t i = 0; i < s.group.size(); ++i)
+    if (wakes(static_cast<Index>(i))) s.group[i] = -1;
+  count(model, s);
+}
+
+// The islands of a step that may fall asleep, by their number.
+//
+// A contact that a look ahead added is not found by the first search of the next step, so that its island is
+// not left out. The slip of a contact at rest is that of a moving surface, and it is compared with a limit
+// that depends on the fastest body of the scene. A contact that turns ahead takes its turn from the
+// velocities of the start, which no comparison sees.
+std::vector<unsigned char> find_tired(const StepAtRest& in, const std::vector<Contact>& contacts) {
+  const Islands& graph = in.problem.graph.islands;
+  std::vector<unsigned char> tired(graph.count, 0);
+  for (std::size_t i = 0; i < tired.size(); ++i) tired[i] = in.islands.each[i].rests;
+  const auto keep = [&](Index body) {
+    if (body < 0) return;
+    if (const Index home = graph.of_body[static_cast<std::size_t>(body)]; home >= 0) tired[home] = 0;
+  };
+  for (std::size_t k = contacts.size(); k < graph.of_block.size(); ++k) tired[graph.of_block[k]] = 0;
+  const auto turns = [&](std::size_t k) { return !in.posed.turns.empty() && !(in.posed.turns[k] == Vec3{}); };
+  const auto moves = [&](Index body) {
+    return body >= 0 && !in.step.model.is_dynamic(body) &&
+           !same_bodies(in.before, in.after, static_cast<std::size_t>(body), 1);
+  };
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Contact& c = contacts[k];
+    if (k >= in.found || !(c.slip == Vec3{}) || turns(k) || moves(c.body_b)) tired[graph.of_block[k]] = 0;
+  }
+  if (std::none_of(tired.begin(), tired.end(), [](unsigned char t) { return t; })) return {};
+  for_each_changed(in.before, in.after, [&](std::size_t i) { keep(static_cast<Index>(i)); });
+  for_each_changed(in.step.model, in.before.contacts, in.after.contacts, keep);
+  const std::vector<unsigned char> linked = find_linked(in.step.model);
+  for (std::size_t i = 0; i < linked.size(); ++i)
+    if (linked[i]) keep(static_cast<Index>(i));
+  return tired;
+}
+
+}  // namespace
+
+std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sleepers& s) {
+  if (!in.islands.any_rests || in.islands.slow || in.islands.all_rest()) return in.found;
+  const std::vector<unsigned char> tired = find_tired(in, contacts);
+  if (std::none_of(tired.begin(), tired.end(), [](unsigned char t) { return t; })) return in.found;
+  const Model& model = in.step.model;
+  const Islands& graph = in.problem.graph.islands;
+  s.group.resize(model.bodies(), -1);
+  const auto first = static_cast<Index>(s.groups.size());
+  for (std::size_t i = 0; i < tired.size(); ++i)
+    s.groups.push_back({in.islands.each[i].start, tired[i] != 0});
+  for (std::size_t i = 0; i < model.bodies(); ++i)
+    if (const Index home = graph.of_body[i]; home >= 0 && tired[home]) s.group[i] = first + home;
+  s.closing = in.posed.assembly.closing;
+  s.slack = in.posed.assembly.slack;
+  std::size_t kept = 0, found = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (tired[graph.of_block[k]]) {
+      s.contacts.push_back(contacts[k]);
+    } else {
+      found += k < in.found;
+      contacts[kept++] = contacts[k];
+    }
+  }
+  contacts.resize(kept);
+  std::stable_sort(s.contacts.begin(), s.contacts.end(), is_before);
+  s.carried.clear();
+  for (const CarriedContact& c : in.after.contacts)
+    if (s.contains(model.geom(c.geom_a).body)) s.carried.push_back(c);
+  s.fastest = std::max(s.fastest, fastest_point(s.contacts, in.observed.free));
+  count(model, s);
+  return found;
+}
+
+void wake_changed(const Model& model, const State& before, const State& now, Sleepers& s,
+                  std::vector<GeomPair>& touching) {
+  if (!s.any()) return;
+  bool any = false, all = false;
+  const auto wake_one = [&](Index body) {
+    if (!s.contains(body)) return;
+    s.groups[static_cast<std::size_t>(s.group[static_cast<std::size_t>(body)])].sleeps = false;
+    any = true;
+  };
+  for (std::size_t i = 0; i < model.bodies(); ++i)
+    s.stays[i] = s.stays[i] != 0 || !model.is_dynamic(static_cast<Index>(i));
+  for_each_changed(before, now, [&](std::size_t i) {
+    wake_one(static_cast<Index>(i));
+    s.stays[i] = 0;
+    all = all || s.bears[i];
+  });
+  // Those of bodies awake are in the state alone.
+  for_each_changed(model, s.carried, now.contacts, wake_one);
+  if (all) return wake_all(s, touching);
+  if (any) wake_marked(model, s, touching);
+}
+
+void wake(const Model& model, std::span<const Index> bodies, Sleepers& s, std::vector<GeomPair>& touching) {
+  for (const Index body : bodies)
+    s.groups[static_cast<std::size_t>(s.group[static_cast<std::size_t>(body)])].sleeps = false;
+  wake_marked(model, s, touching);
+}
+
+void wake_all(Sleepers& s, std::vector<GeomPair>& touching) {
+  for (const Contact& c : s.contacts)
+    if (has_impulse(c)) touching.push_back({c.body_a, c.body_b, c.geom_a, c.geom_b});
+  s = {};
+}
+
+void stop_asleep(const Sleepers& s, BodyVelocities& v) {
+  for (std::size_t i = 0; i < s.group.size(); ++i)
+    if (s.group[i] >= 0) v[i] = {};
+}
+
+void carry_asleep(const Sleepers& s, std::vector<CarriedContact>& carried) {
+  if (s.carried.empty()) return;
+  static thread_local std::vector<CarriedContact> awake;
+  awake = carried;
+  carried.clear();
+  auto from = s.carried.begin();
+  for (const CarriedContact& c : awake) {
+    const auto next = std::lower_bound(from, s.carried.end(), c, carried_before);
+    carried.insert(carried.end(), from, next);
+    carried.push_back(c);
+    from = next;
+  }
+  carried.insert(carried.end(), from, s.carried.end());
+}
+
+void join_contacts(const std::vector<Contact>& awake, std::size_t found, const Sleepers& s,
+                   std::vector<Contact>& all) {
+  const auto later = awake.begin() + static_cast<std::ptrdiff_t>(found);
+  all.resize(awake.size() + s.contacts.size());
+  const auto end =
+      std::merge(awake.begin(), later, s.contacts.begin(), s.contacts.end(), all.begin(), is_before);
+  std::copy(later, awake.end(), end);
+}
+
+}  // namespace amontons

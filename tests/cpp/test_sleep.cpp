@@ -1,0 +1,197 @@
+// Islands asleep cost nothing, with the same bits as if they were computed.
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "amontons/multibody/model/state_bytes.hpp"
+#include "amontons/multibody/step/simulation.hpp"
+#include "check.hpp"
+
+using namespace amontons;
+
+namespace {
+
+constexpr double half = 0.1;  // m, of each box
+
+struct Scene {
+  ModelDescription d;
+
+  Scene() {
+    d.gravity = {0, 0, -10};
+    add(world, Plane{});
+  }
+  void add(Index body, Shape shape) {
+    Geom geom;
+    geom.body = body;
+    geom.shape = std::move(shape);
+    d.geoms.push_back(geom);
+  }
+  Index body(const Vec3& position, Shape shape, const Vec3& velocity = {}) {
+    Body body;
+    body.mass = 1;
+    body.inertia = Mat3::diagonal(0.01, 0.01, 0.01);
+    body.pose.position = position;
+    body.linear_velocity = velocity;
+    d.bodies.push_back(body);
+    const auto index = static_cast<Index>(d.bodies.size() - 1);
+    add(index, std::move(shape));
+    return index;
+  }
+  void tower(double x, int boxes) {
+    for (int k = 0; k < boxes; ++k) body({x, 0, (2 * k + 1) * half}, Box{{half, half, half}});
+  }
+  // A pendulum that swings for ever, far from the ground.
+  void pendulum(double x) {
+    const Index bob = body({x + 0.5, 0, 3}, Sphere{half});
+    Joint joint;
+    joint.body_a = bob;
+    joint.dofs.resize(1);
+    joint.dofs[0].axis = {0, 1, 0};
+    joint.frame_a.position = {-0.5, 0, 0};
+    joint.frame_b.position = {x, 0, 3};
+    d.joints.push_back(joint);
+  }
+};
+
+SimulationOptions options() {
+  SimulationOptions o;
+  o.dt = 5e-3;
+  return o;
+}
+
+bool same(const Contact& a, const Contact& b) {
+  return a.geom_a == b.geom_a && a.geom_b == b.geom_b && a.point == b.point && a.normal == b.normal &&
+         a.gap == b.gap && a.impulse == b.impulse && a.slip == b.slip && a.state == b.state &&
+         a.normal_velocity == b.normal_velocity;
+}
+
+// A simulation beside steps without memory, in which nothing sleeps.
+struct Pair {
+  std::shared_ptr<const Model> model;
+  Simulation simulation;
+  State state = simulation.state();
+
+  explicit Pair(const Scene& scene, const SimulationOptions& o = options())
+      : model(std::make_shared<Model>(scene.d)), simulation(model, o) {}
+
+  // Returns in how many of the steps something slept.
+  int steps(int count) {
+    int slept = 0;
+    for (int k = 0; k < count; ++k) {
+      const Report report = simulation.step();
+      slept += simulation.sleeping() > 0;
+      Simulation other(model, simulation.options());
+      other.state() = state;
+      const Report expected = other.step();
+      state = other.state();
+      CHECK(differ_in_time_alone(simulation.state(), state));
+      CHECK(report.contacts == expected.contacts && report.penetration == expected.penetration);
+      CHECK(report.energy_balance == expected.energy_balance);
+      CHECK(report.status == expected.status);
+      CHECK_NEAR(report.residual, expected.residual, 1e-12);
+      const auto &all = simulation.contacts(), &others = other.contacts();
+      CHECK(all.size() == others.size());
+      for (std::size_t i = 0; i < std::min(all.size(), others.size()); ++i) CHECK(same(all[i], others[i]));
+    }
+    return slept;
+  }
+  template <class F>
+  void change(F&& f) {
+    f(simulation.state());
+    f(state);
+  }
+};
+
+}  // namespace
+
+// Breaks if towers do not sleep beside a body that moves, or change by a bit.
+TEST(islands_sleep_beside_motion) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.tower(1, 2);
+  scene.pendulum(4);
+  Pair both(scene);
+  CHECK(both.steps(150) > 100);
+  CHECK(both.simulation.sleeping() == 5);
+  CHECK(both.simulation.contact_events().began.empty());
+  CHECK(both.simulation.contact_events().ended.empty());
+}
+
+// Breaks if an island sleeps on while a ball hits it, or wakes without a touch.
+TEST(islands_wake_by_touch) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.tower(3, 2);
+  scene.body({-1, 0, half}, Sphere{half}, {1.5, 0, 0});
+  Pair both(scene);
+  CHECK(both.steps(60) > 20);
+  CHECK(both.simulation.sleeping() == 5);
+  both.steps(200);
+  CHECK(norm(both.simulation.state().positions[0]) > 0.5 * half);
+}
+
+// Breaks if a load, a velocity, a pose or the impulses of another state do not wake an island in the same
+// step.
+TEST(islands_wake_by_changes) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.tower(2, 2);
+  scene.pendulum(4);
+  Pair both(scene);
+  const auto changed = [&](auto&& f) {
+    both.steps(150);
+    CHECK(both.simulation.sleeping() == 5);
+    both.change(f);
+    both.steps(1);
+    CHECK(both.simulation.sleeping() < 5);
+  };
+  changed([](State& s) { s.forces[2] = {4, 0, 0}; });
+  changed([](State& s) { s.forces[2] = {}; });
+  changed([](State& s) { s.positions[1].x += 1e-3; });
+  changed([](State& s) { s.contacts[0].impulse = {}; });
+  both.steps(150);
+  both.change([](State& s) { s.linear_velocities[1] = {0, 0.3, 0}; });
+  both.steps(1);
+  CHECK(both.simulation.sleeping() == 0);
+  CHECK(norm(both.simulation.state().linear_velocities[1]) > 1e-3);
+}
+
+// Breaks if the problem of a step leaves out what sleeps, or if a copy forgets who sleeps.
+TEST(problems_are_whole_and_copies_sleep) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.pendulum(4);
+  Pair both(scene);
+  both.steps(150);
+  const auto problem = both.simulation.problem();
+  CHECK(problem->rows() == both.simulation.impulses().size());
+  CHECK(problem->K.contacts() == both.simulation.contacts().size());
+  Simulation copy = both.simulation;
+  CHECK(copy.sleeping() == 3);
+  const Report a = copy.step(), b = both.simulation.step();
+  CHECK(a.residual == b.residual && a.solves == b.solves && a.contacts == b.contacts);
+  CHECK(differ_in_time_alone(copy.state(), both.simulation.state()));
+  copy.reset();
+  CHECK(copy.sleeping() == 0);
+}
+
+// Breaks if a driven body that comes, or leaves, does not wake what lies on it.
+TEST(driven_bodies_wake) {
+  Scene scene;
+  Body plate;
+  plate.motion = Motion::kinematic;
+  plate.pose.position = {3, 0, 0.3};
+  scene.d.bodies.push_back(plate);
+  scene.add(0, Box{{0.5, 0.5, 0.1}});
+  scene.body({3, 0, 0.5}, Box{{half, half, half}});
+  scene.tower(0, 2);
+  scene.pendulum(6);
+  Pair both(scene);
+  CHECK(both.steps(150) > 30);
+  CHECK(both.simulation.sleeping() == 3);
+  both.change([](State& s) { s.linear_velocities[0] = {0, 0, 0.2}; });
+  both.steps(20);
+  CHECK(both.simulation.state().positions[1].z > 0.51);
+  both.change([](State& s) { s.linear_velocities[0] = {-2, 0, -0.2}; });
+  both.steps(300);
+}
