@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "amontons/base/parts.hpp"
+
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -104,10 +106,10 @@ std::uint64_t next_number() {
   return ++last;
 }
 
-void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside) {
+void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside,
+                            unsigned threads) {
   bounds_ = bounds;
   const std::span<const Aabb> boxes = bounds.boxes;
-  found_.clear();
   set_aside_infinite(boxes);
   if (outside && (finite_.empty() || finite_.size() < outside->least)) outside = nullptr;
   // An earlier order is valid for any boxes; it only gets slower as they move, and between steps of a
@@ -115,16 +117,15 @@ void BroadPhase::find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs,
   // it.
   bool done = false;
   if (built_for_ == boxes.size() && infinite_ == last_infinite_ && built_outside_ == (outside != nullptr))
-    done = search(outside, built_visits_ + built_visits_ / 2);
+    done = search(outside, built_visits_ + built_visits_ / 2, threads);
   if (!done) {
-    found_.clear();
     built_for_ = 0;  // none until the search has ended
     build(boxes);
-    search(outside, std::numeric_limits<std::size_t>::max());
+    search(outside, std::numeric_limits<std::size_t>::max(), threads);
     built_for_ = boxes.size();
     built_outside_ = outside != nullptr;
     last_infinite_ = infinite_;
-    built_visits_ = visits_;
+    built_visits_ = found_.visits;
   }
   add_pairs_of_infinite(boxes);
   sort(boxes.size(), pairs);
@@ -273,32 +274,47 @@ void BroadPhase::fit(std::span<const Aabb> boxes) {
 
 // Finds every pair of overlapping finite boxes. Returns false after more visits than the limit: there are
 // better orders than this one.
-bool BroadPhase::search(const PairSearch* outside, std::size_t limit) {
+bool BroadPhase::search(const PairSearch* outside, std::size_t limit, unsigned threads) {
+  found_.pairs.clear();
+  found_.visits = 0;
   if (outside) {
-    visits_ = outside->find({bounds_, order_, origin_, number_}, found_);
-    return visits_ <= limit;
+    found_.visits = outside->find({bounds_, order_, origin_, number_}, found_.pairs);
+    return found_.visits <= limit;
   }
   fit(bounds_.boxes);
-  return search_groups(limit);
+  return search_groups(limit, threads);
 }
 
 // Finds the pairs in the tree. The search runs by groups and not by pairs of nodes: the
-// box of eight leaves is tight, and the descent for one group stays in the cache.
-bool BroadPhase::search_groups(std::size_t limit) {
-  visits_ = 0;
+// box of eight leaves is tight, and the descent for one group stays in the cache. Groups are independent of
+// each other, so that threads take parts of them.
+bool BroadPhase::search_groups(std::size_t limit, unsigned threads) {
+  constexpr std::size_t size = 128;  // not tuned: groups, 100 us, long beside the hand-over to a thread
   const std::size_t groups = order_.size() / width;
-  for (std::size_t g = 0; g < groups; ++g) {
-    // The pairs within the group: each leaf with those after it.
-    for (int i = 0; i + 1 < width; ++i) cross_leaf(g, i, g, ~1u << i);
-    cross_later_groups(g);
-    if (visits_ > limit) return false;
+  parts_.resize(std::max(parts_.size(), groups / size + 1));
+  std::swap(parts_[0], found_);  // one thread copies nothing
+  const std::size_t parts =
+      for_parts(threads, groups, size, [&](std::size_t k, std::size_t g, std::size_t last) {
+        Found& found = parts_[k];
+        found.pairs.clear();
+        found.visits = 0;
+        for (; g < last && found.visits <= limit; ++g) {
+          // The pairs within the group: each leaf with those after it.
+          for (int i = 0; i + 1 < width; ++i) cross_leaf(g, i, g, ~1u << i, found);
+          cross_later_groups(g, found);
+        }
+      });
+  std::swap(parts_[0], found_);
+  for (std::size_t k = 1; k < parts; ++k) {
+    found_.pairs.insert(found_.pairs.end(), parts_[k].pairs.begin(), parts_[k].pairs.end());
+    found_.visits += parts_[k].visits;
   }
-  return true;
+  return found_.visits <= limit;
 }
 
 // Descends from the root into all nodes that overlap the box of group g and contain later groups: each pair
 // of groups is found once, from the earlier one. A group of fixed boxes meets only those that move.
-void BroadPhase::cross_later_groups(std::size_t g) {
+void BroadPhase::cross_later_groups(std::size_t g, Found& found) const {
   const std::size_t top = levels_.size() - 1;
   if (top == 0) return;
   float box[6];
@@ -312,7 +328,7 @@ void BroadPhase::cross_later_groups(std::size_t g) {
   stack[size++] = {top, 0};
   while (size > 0) {
     const auto [level, index] = stack[--size];
-    ++visits_;
+    ++found.visits;
     const unsigned shift = 3 * static_cast<unsigned>(level - 1);
     const Node& node = levels_[level][index];
     for (unsigned mask = overlap_mask(node, box) & (moves ? ~0u : node.moves); mask; mask &= mask - 1) {
@@ -321,63 +337,65 @@ void BroadPhase::cross_later_groups(std::size_t g) {
       if (level > 1)
         stack[size++] = {level - 1, child};
       else
-        cross(g, child);
+        cross(g, child, found);
     }
   }
 }
 
 // All pairs between the leaves of group g and those of a later group h. First finds the leaves of g that
 // overlap the box of h, which its parent stores, then compares each with the leaves of h.
-void BroadPhase::cross(std::size_t g, std::size_t h) {
-  ++visits_;
+void BroadPhase::cross(std::size_t g, std::size_t h, Found& found) const {
+  ++found.visits;
   float box[6];
   copy_child(levels_[1][h / width], h % width, box);
   for (unsigned mask = overlap_mask(levels_[0][g], box); mask; mask &= mask - 1)
-    cross_leaf(g, std::countr_zero(mask), h, ~0u);
+    cross_leaf(g, std::countr_zero(mask), h, ~0u, found);
 }
 
 // The pairs of leaf i of group g with those leaves of group h whose bit is set.
-void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which) {
+void BroadPhase::cross_leaf(std::size_t g, int i, std::size_t h, unsigned which, Found& found) const {
   float box[6];
   copy_child(levels_[0][g], static_cast<std::size_t>(i), box);
   if (!(levels_[0][g].moves >> i & 1)) which &= levels_[0][h].moves;
   for (unsigned mask = which & overlap_mask(levels_[0][h], box); mask; mask &= mask - 1) {
     const std::size_t leaf_a = g * width + static_cast<std::size_t>(i);
     const std::size_t leaf_b = h * width + static_cast<std::size_t>(std::countr_zero(mask));
-    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b]);
+    add(order_[leaf_a], order_[leaf_b], boxes_[leaf_a], boxes_[leaf_b], found);
   }
 }
 
 // Infinite boxes are few (planes): each against all the others, two of them from the first one only.
 void BroadPhase::add_pairs_of_infinite(std::span<const Aabb> boxes) {
   for (auto a = infinite_.begin(); a != infinite_.end(); ++a) {
-    for (std::int32_t b : finite_) add(*a, b, boxes[*a], boxes[b]);
-    for (auto b = a + 1; b != infinite_.end(); ++b) add(*a, *b, boxes[*a], boxes[*b]);
+    for (std::int32_t b : finite_) add(*a, b, boxes[*a], boxes[b], found_);
+    for (auto b = a + 1; b != infinite_.end(); ++b) add(*a, *b, boxes[*a], boxes[*b], found_);
   }
 }
 
 // Tests in double, with the given boxes, the pairs that the floats accept: rounding to float only affects the
 // time.
-void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b) {
+void BroadPhase::add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b,
+                     Found& found) const {
   if ((bounds_.fixed[a] && bounds_.fixed[b]) || !is_overlap(box_a, box_b) ||
       !may_touch(bounds_.balls[a], bounds_.travels[a], bounds_.balls[b], bounds_.travels[b]))
     return;
-  found_.emplace_back(std::min(a, b), std::max(a, b));
+  found.pairs.emplace_back(std::min(a, b), std::max(a, b));
 }
 
 // A radix sort with two digits: counting sorts by the second and then by the first box; the later one keeps
 // the order of the earlier one among equal keys. Linear for any number of partners of a box.
 void BroadPhase::sort(std::size_t boxes, std::vector<IndexPair>& pairs) {
-  pairs.resize(found_.size());
+  std::vector<IndexPair>& found = found_.pairs;
+  pairs.resize(found.size());
   const auto pass = [&](auto key, const std::vector<IndexPair>& from, std::vector<IndexPair>& to) {
     start_.assign(boxes + 1, 0);
     for (const IndexPair& pair : from) ++start_[key(pair) + 1];
     for (std::size_t i = 0; i < boxes; ++i) start_[i + 1] += start_[i];
     for (const IndexPair& pair : from) to[start_[key(pair)]++] = pair;
   };
-  pass([](const IndexPair& pair) { return pair.second; }, found_, pairs);
-  pass([](const IndexPair& pair) { return pair.first; }, pairs, found_);
-  pairs.swap(found_);
+  pass([](const IndexPair& pair) { return pair.second; }, found, pairs);
+  pass([](const IndexPair& pair) { return pair.first; }, pairs, found);
+  pairs.swap(found);
 }
 
 }  // namespace amontons

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "amontons/base/threads.hpp"
+#include "amontons/base/parts.hpp"
 #include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "amontons/problem/threaded_product.hpp"
@@ -235,9 +235,6 @@ void ContactSystem::product(std::span<const double> x, std::span<double> y) cons
   set_stored_rows(*this, row, w, x, y);
 }
 
-// Contacts that a thread takes at a time: some 0.2 ms of work.
-static constexpr std::size_t contacts_per_part = 4096;
-
 // The same sweeps by threads, where contacts have three rows and bodies are free. Impulses at the contacts
 // are formed in parts. Then each thread owns a range of bodies and adds up theirs. The order is that of the
 // contacts, so that each sum has the terms and the order of a sweep by one thread.
@@ -253,9 +250,9 @@ static void product_by_threads(const ContactSystem& A, std::span<const double> x
   impulses.resize(n);
   std::vector<double>& w = body_scratch(bodies);
   const auto in_parts = [&](std::size_t count, const auto& f) {
-    pool.run((count + contacts_per_part - 1) / contacts_per_part, [&](std::size_t part) {
-      const std::size_t end = std::min(count, (part + 1) * contacts_per_part);
-      for (std::size_t i = part * contacts_per_part; i < end; ++i) f(i);
+    pool.run((count + pass_size - 1) / pass_size, [&](std::size_t part) {
+      const std::size_t end = std::min(count, (part + 1) * pass_size);
+      for (std::size_t i = part * pass_size; i < end; ++i) f(i);
     });
   };
   in_parts(n, [&](std::size_t i) {
@@ -285,7 +282,7 @@ static void product_by_threads(const ContactSystem& A, std::span<const double> x
 
 void product(const ContactSystem& A, std::span<const double> x, std::span<double> y, unsigned threads) {
   const std::size_t n = A.contacts.size();
-  const unsigned used = automatic_threads(threads, n / contacts_per_part);
+  const unsigned used = automatic_threads(threads, n / pass_size);
   // No contact has fewer than three rows.
   if (used <= 1 || A.constrained || x.size() != 3 * n + A.jacobian.size()) return A.product(x, y);
   PoolLease pool(used);
@@ -369,14 +366,18 @@ void contact_diagonal(const ContactSystem& A, std::size_t contact, double* d) {
 
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
-void ContactSystem::diagonal(std::span<double> d) const {
-  if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < contacts.size(); row += static_cast<std::size_t>(contacts[i++].rows))
-    contact_diagonal(*this, i, &d[row]);
-  for (std::size_t i = 0; i < jacobian.size(); ++i)
-    d[row++] = compliance[i] + effective_inverse_mass(bodies, jacobian[i]);
+void diagonal(const ContactSystem& A, std::span<double> d, unsigned threads) {
+  if (A.constrained && A.constrained->linkage) return diagonal_of_trees(A, *A.constrained->linkage, d);
+  const std::size_t n = A.contacts.size(), before = A.contact_rows();
+  // Where each contact has three rows, parts know their first one.
+  for_parts(before == 3 * n ? threads : 1, n, pass_size, [&](std::size_t, std::size_t i, std::size_t last) {
+    for (std::size_t row = 3 * i; i < last; row += static_cast<std::size_t>(A.contacts[i++].rows))
+      contact_diagonal(A, i, &d[row]);
+  });
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
+    d[before + i] = A.compliance[i] + effective_inverse_mass(A.bodies, A.jacobian[i]);
 }
+void ContactSystem::diagonal(std::span<double> d) const { amontons::diagonal(*this, d, 1); }
 
 // Rows keep their order, so that x, b and K serve both.
 ContactSystem ContactSystem::stored() const {

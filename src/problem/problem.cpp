@@ -12,6 +12,7 @@
 
 #include "amontons/base/error.hpp"
 #include "amontons/base/math.hpp"
+#include "amontons/problem/threaded_product.hpp"
 
 namespace amontons {
 
@@ -241,15 +242,20 @@ void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, 
 }  // namespace
 
 // P from the diagonal, the graph from the bodies: derived data of A and K are made once, here.
-void renew(Problem& problem) {
+void renew(Problem& problem, unsigned threads) {
   if (auto* system = std::get_if<ContactSystem>(&problem.A)) system->renew();
   static thread_local std::vector<double> diag;
   diag.resize(problem.rows());
-  diagonal(problem.A, diag);
+  if (const auto* system = std::get_if<ContactSystem>(&problem.A))
+    diagonal(*system, diag, threads);
+  else
+    diagonal(problem.A, diag);
   make_preconditioner(problem.K, diag, problem.P);
   if (const auto* system = std::get_if<ContactSystem>(&problem.A))
     make_contact_graph(*system, problem.K, problem.graph);
 }
+
+void renew(Problem& problem) { renew(problem, 1); }
 
 bool has_trees(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);

@@ -75,8 +75,10 @@ Boxes random_mix(std::size_t count, double decades, unsigned seed, const Vec3& o
 
 void check_against_brute_force(BroadPhase& phase, Boxes s) {
   std::vector<IndexPair> pairs{{7, 9}};  // rubbish that the call replaces
-  phase.find_pairs(s.bounds(), pairs);
-  CHECK(pairs == brute_force(s));
+  for (const unsigned threads : {1u, 3u}) {
+    phase.find_pairs(s.bounds(), pairs, nullptr, threads);
+    CHECK(pairs == brute_force(s));
+  }
 }
 
 }  // namespace

@@ -75,10 +75,12 @@ struct PairSearch {
 
 // All pairs of boxes that overlap and whose balls do (touching counts), sorted, each once. Near-linear time
 // for boxes of any mix of sizes. Scratch memory and the last spatial order are kept between calls. That saves
-// time when boxes have moved little, but pairs never depend on earlier calls, nor on who searches.
+// time when boxes have moved little, but pairs never depend on earlier calls, nor on who searches, nor on the
+// number of threads (0: one per core).
 class BroadPhase {
  public:
-  void find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr);
+  void find_pairs(const Bounds& bounds, std::vector<IndexPair>& pairs, const PairSearch* outside = nullptr,
+                  unsigned threads = 1);
 
  private:
   static constexpr int width = 8;  // children of a node
@@ -87,6 +89,11 @@ class BroadPhase {
   struct alignas(32) Node {
     float bound[6][width];
     unsigned moves;
+  };
+  // Pairs that one part of a search has found, not sorted, and the nodes that it has visited.
+  struct Found {
+    std::vector<IndexPair> pairs;
+    std::size_t visits = 0;
   };
   // A leaf during the search for an order; box -1: a gap that fills the last group of a class.
   struct Item {
@@ -104,14 +111,14 @@ class BroadPhase {
   int best_axis(std::size_t first, std::size_t last) const;
 
   // The tree over them, and its pairs. g, h: numbers of groups of eight leaves.
-  bool search(const PairSearch* outside, std::size_t limit);
+  bool search(const PairSearch* outside, std::size_t limit, unsigned threads);
   void fit(std::span<const Aabb> boxes);
-  bool search_groups(std::size_t limit);
-  void cross_later_groups(std::size_t g);
-  void cross(std::size_t g, std::size_t h);
-  void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which);
+  bool search_groups(std::size_t limit, unsigned threads);
+  void cross_later_groups(std::size_t g, Found& found) const;
+  void cross(std::size_t g, std::size_t h, Found& found) const;
+  void cross_leaf(std::size_t g, int i, std::size_t h, unsigned which, Found& found) const;
   void add_pairs_of_infinite(std::span<const Aabb> boxes);
-  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b);
+  void add(std::int32_t a, std::int32_t b, const Aabb& box_a, const Aabb& box_b, Found& found) const;
   void sort(std::size_t boxes, std::vector<IndexPair>& pairs);
 
   // Data of the current call.
@@ -120,8 +127,8 @@ class BroadPhase {
   std::vector<std::int32_t> finite_;       // the others, ascending
   std::vector<std::vector<Node>> levels_;  // levels_[0]: the groups of eight leaves; the last level: one node
   std::vector<Aabb> boxes_;                // in the order of the leaves
-  std::size_t visits_ = 0;                 // nodes that the search has visited
-  std::vector<IndexPair> found_;           // not sorted
+  Found found_;                            // of all parts
+  std::vector<Found> parts_;               // of a search by threads
 
   // The last order that was built. It only affects the time of the search, so it may be of any age.
   std::vector<std::int32_t> order_;  // leaf -> box, -1 in gaps

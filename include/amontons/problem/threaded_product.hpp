@@ -1,11 +1,15 @@
+// Passes over large problems by so many threads (as in Options), with the bits of one.
 #pragma once
 #include <span>
 
 namespace amontons {
 
 struct ContactSystem;
+struct Problem;
 
-// y = A x, with the bits of A.product(), by so many threads (as in Options) if A is large.
+// A.product(x, y), A.diagonal(d) and renew(problem).
 void product(const ContactSystem& A, std::span<const double> x, std::span<double> y, unsigned threads);
+void diagonal(const ContactSystem& A, std::span<double> d, unsigned threads);
+void renew(Problem& problem, unsigned threads);
 
 }  // namespace amontons

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "amontons/base/parts.hpp"
+
 namespace amontons {
 
 // The state holds the origins of the body frames, because these define the pose of a body for users. The
@@ -9,12 +11,12 @@ namespace amontons {
 // spin separate. M is block-diagonal, 1 / m and R I^-1 R' with the inertia I in body axes. A kinematic body
 // has a velocity in contacts and joints, but zero mobility: no impulse changes it.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
-                  BodyVelocities& velocities) {
+                  BodyVelocities& velocities, unsigned threads) {
   const bool again = frames.size() == model.bodies() && mobility.size() == model.bodies();
   frames.resize(model.bodies());
   mobility.resize(model.bodies());
   velocities.resize(model.bodies());
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  for_entries(threads, frames.size(), [&](std::size_t i) {
     const Body& body = model.description().bodies[i];
     // Fixed bodies only need a pose: rows and loads omit them.
     const Transform pose{state.positions[i], state.orientations[i]};
@@ -24,15 +26,15 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
     const Vec3& omega = state.angular_velocities[i];
     if (body.motion != Motion::still) velocities[i] = {state.linear_velocities[i] + cross(omega, arm), omega};
     // A body that stands keeps its inertia.
-    if (again && !mobility[i].stiffened && std::memcmp(&frames[i].pose, &pose, sizeof pose) == 0) continue;
+    if (again && !mobility[i].stiffened && std::memcmp(&frames[i].pose, &pose, sizeof pose) == 0) return;
     frames[i] = {pose.position + arm, pose, {}};
     mobility[i] = {};
-    if (!model.is_dynamic(static_cast<Index>(i))) continue;
+    if (!model.is_dynamic(static_cast<Index>(i))) return;
     frames[i].inertia = R * body.inertia * transposed(R);
     const double factor = model.mobility_factor(static_cast<Index>(i));
     mobility[i] = {factor / body.mass,
                    factor * (R * model.inverse_inertia(static_cast<Index>(i)) * transposed(R)), false};
-  }
+  });
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/parts.hpp"
 
 namespace amontons {
 
@@ -129,23 +130,22 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 // docs/algorithm.md (2). Linear: v + k (g + f / m) over the kick k. Angular: I omega' = torque - omega x I
 // omega, where the mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
 void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins) {
-  const auto& [model, h, kick, frames, mobility, start, loads, damped, in_tree] = in;
-  free = start;
-  spins.resize(frames.size());
-  const Vec3& gravity = model.description().gravity;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  free = in.start;
+  spins.resize(free.size());
+  for_entries(in.threads, free.size(), [&](std::size_t i) {
+    const auto& [model, h, kick, frames, mobility, start, loads, damped, in_tree, _] = in;
     spins[i] = {start[i].angular, {}};
-    if (!model.is_dynamic(static_cast<Index>(i)) || (!in_tree.empty() && in_tree[i] >= 0)) continue;
+    if (!model.is_dynamic(static_cast<Index>(i)) || (!in_tree.empty() && in_tree[i] >= 0)) return;
     const auto& [inverse_mass, inverse_inertia, stiffened] = mobility[i];
     spins[i] = gyroscopic_spin(model.description().bodies[i], frames[i].pose.rotation, start[i].angular, h);
     const Vec3& mean = spins[i].mean;
-    const Vec3 g = model.description().bodies[i].gravity_scale * gravity;
+    const Vec3 g = model.description().bodies[i].gravity_scale * model.description().gravity;
     free[i].linear += kick * g + inverse_mass * loads[i].force;
     free[i].angular = mean + inverse_inertia * loads[i].torque;
     // For changes of its spin a stiffened body has the inertia I + h^2 K. Damped (implicit Euler): (I + h^2
     // K) w = I w_mean + torque.
     if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
-  }
+  });
 }
 
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
@@ -157,15 +157,15 @@ void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vecto
 // A body that the step has stopped rests.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const Drift& drift, State& state, std::span<const Index> in_tree) {
-  const auto& [start, v, h, ahead] = drift;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  for_entries(drift.threads, frames.size(), [&](std::size_t i) {
+    const auto& [start, v, h, ahead, _] = drift;
     const Body& body = model.description().bodies[i];
-    if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) continue;
+    if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) return;
     const bool rests = v[i].linear == Vec3{} && v[i].angular == Vec3{} && spins[i].lag == Vec3{};
     if (rests && body.centre_of_mass == Vec3{}) {
       state.linear_velocities[i] = state.angular_velocities[i] = {};
       state.middle_velocities[i] = {};
-      continue;
+      return;
     }
     const Quat before = state.orientations[i];
     Vec3 omega = v[i].angular;
@@ -192,7 +192,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     }
     state.linear_velocities[i] = middle.left_linear = linear - cross(omega, arm);
     state.angular_velocities[i] = middle.left_angular = omega;
-  }
+  });
 }
 
 }  // namespace amontons

@@ -35,6 +35,7 @@ struct FreeMotion {
   const std::vector<BodyImpulse>& loads;
   bool damped = false;
   std::span<const Index> in_tree = {};
+  unsigned threads = 1;  // 0: one per core
 };
 // v_free = v + kick g + M^-1 loads, and the mean of the torque-free rotation over h in place of omega.
 void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins);
@@ -45,6 +46,7 @@ struct Drift {
   const BodyVelocities &start, &v;
   double h;
   std::span<const double> ahead;
+  unsigned threads = 1;  // 0: one per core
 };
 
 // Moves the bodies of the state, except those of trees. Velocities in the state are those of its instant, and

@@ -89,7 +89,8 @@ void ContactFinder::place_geoms(const Reach& reach) {
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
   balls_.resize(geoms.size(), memory_of(reach));
-  const auto place = [&](std::size_t g) {
+  placed_ = next_number();
+  for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
     const Geom& geom = geoms[g];
     if (placed && standing_.stand(geom.body, world)) return;
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
@@ -99,10 +100,6 @@ void ContactFinder::place_geoms(const Reach& reach) {
       balls_[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
     else
       bounds_[g] = quick_bounds(geom.shape, frames_[g]);
-  };
-  placed_ = next_number();
-  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
-    for (; g < last; ++g) place(g);
   });
 }
 
@@ -118,7 +115,7 @@ void ContactFinder::reach_out(const Reach& reach) {
   travels_.resize(geoms.size(), memory_of(reach));
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
-  const auto reach_of = [&](std::size_t g) {
+  for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
     const Geom& geom = geoms[g];
     const Index body = geom.body;
     if (body >= 0 && model.body(body).motion != Motion::still)
@@ -138,9 +135,6 @@ void ContactFinder::reach_out(const Reach& reach) {
       half_spaces_[g] = {normal,
                          dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
-  };
-  for_parts(reach.threads, geoms.size(), part_size, [&](std::size_t, std::size_t g, std::size_t last) {
-    for (; g < last; ++g) reach_of(g);
   });
 }
 
@@ -165,7 +159,7 @@ void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char
     return;
   }
   broad_phase_.find_pairs({boxes_, std::as_const(balls_), std::as_const(travels_), stay, placed_}, pairs_,
-                          reach.pairs);
+                          reach.pairs, reach.threads);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
     return !is_reached(a, b) || !model.may_touch(a, b);

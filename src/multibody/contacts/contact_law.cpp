@@ -4,6 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "amontons/base/parts.hpp"
 #include "multibody/model/stribeck.hpp"
 
 namespace amontons {
@@ -105,9 +106,8 @@ void append_set(const Contact& contact, SetProduct& K) {
 // Contacts are the first blocks of the problem, in their order. Impulses are added, because those of impacts
 // at the start of the step are already stored.
 void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
-                    std::vector<Contact>& contacts) {
-  for_each_block(problem.K, [&](const auto& set, std::size_t block, std::size_t row) {
-    if (block >= contacts.size()) return;
+                    std::vector<Contact>& contacts, unsigned threads) {
+  const auto store = [&](const auto& set, std::size_t block, std::size_t row) {
     Contact& c = contacts[block];
     const ContactImpulse impulse = to_world(c, &solution.x[row]), u = relative_motion(c, v);
     c.impulse += impulse.linear;
@@ -118,7 +118,16 @@ void store_impulses(const Problem& problem, Law law, const Solution& solution, c
     c.state = state_of(set, problem.P[block], law, &solution.x[row], &solution.u[row]);
     // Bodies that were stopped (step/lookahead) stick, whatever the trial point of the inaccurate start.
     if (c.state == ContactState::slip && c.slip == Vec3{} && c.spin == Vec3{}) c.state = ContactState::stick;
-  });
+  };
+  // Sets of a run are of one kind, so that row and block of each follow from its place in the run.
+  for (const SetRun& run : problem.K.runs()) {
+    if (run.block >= contacts.size()) break;
+    visit_kind(run.kind, [&]<class S>() {
+      const S* sets = problem.K.all<S>().data() + run.first;
+      for_entries(threads, std::min(run.count, contacts.size() - run.block),
+                  [&](std::size_t i) { store(sets[i], run.block + i, run.row + S::dim * i); });
+    });
+  }
 }
 
 }  // namespace amontons

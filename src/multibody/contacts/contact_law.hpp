@@ -41,6 +41,6 @@ ContactImpulse relative_motion(const Point& c, const BodyVelocities& v) {
 // Adds the solution of a problem that starts with these contacts to them: impulses, and motion and state with
 // the velocities v after it.
 void store_impulses(const Problem& problem, Law law, const Solution& solution, const BodyVelocities& v,
-                    std::vector<Contact>& contacts);
+                    std::vector<Contact>& contacts, unsigned threads = 1);
 
 }  // namespace amontons

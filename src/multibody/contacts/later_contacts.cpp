@@ -65,9 +65,8 @@ struct ContactFinder::Later {
       : reach(r), t(time), poses(memory) {
     poses.assign(reach.bodies.size(), std::nullopt);
     if (pairs <= part_size || reach.threads == 1) return;
-    for_parts(reach.threads, poses.size(), part_size, [&](std::size_t, std::size_t i, std::size_t last) {
-      for (; i < last; ++i) poses[i] = moved(reach.bodies[i], reach.v[i], t);
-    });
+    for_entries(reach.threads, poses.size(),
+                [&](std::size_t i) { poses[i] = moved(reach.bodies[i], reach.v[i], t); });
   }
 
   double turn(Index body) const { return body < 0 ? 0.0 : t * norm(reach.v[body].angular); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/parts.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/policy.hpp"
@@ -27,13 +28,14 @@ void rows_of(const Contact& c, const CarriedContact& last, double scale, double*
 // next step finds a pair by bisection.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
                          const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         std::vector<CarriedContact>& kept) {
+                         unsigned threads, std::vector<CarriedContact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
-  static thread_local std::vector<PairKey> keys;
+  static thread_local std::vector<PairKey> memory;
+  std::vector<PairKey>& keys = memory;  // on another thread `memory` is that thread's
   sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
   kept.resize(keys.size());
-  for (std::size_t k = 0; k < keys.size(); ++k) {
+  for_entries(threads, keys.size(), [&](std::size_t k) {
     const std::size_t i = keys[k].contact;
     const Contact& c = contacts[i];
     const auto [linear, angular] = to_world(c, rows_of_contact(i));
@@ -41,7 +43,7 @@ void keep_for_warm_start(const Problem& problem, std::span<const double> x,
     // A contact may be at its limit without slipping.
     kept[k] = {c.geom_a, c.geom_b, inverse(bodies[c.body_a].pose)(c.point),
                linear,   angular,  slip > least ? slip : 0};
-  }
+  });
 }
 
 namespace {

@@ -14,7 +14,7 @@ namespace amontons {
 // (m/s) is an error of the solve: contacts that share their friction may be at their limit and stick.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
                          const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         std::vector<CarriedContact>& kept);
+                         unsigned threads, std::vector<CarriedContact>& kept);
 
 // The contact of the last step that each contact continues, by its number there: same geoms, nearest point.
 // -1: none, it had no impulse.

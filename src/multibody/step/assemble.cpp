@@ -11,7 +11,9 @@
 
 #include <algorithm>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/problem/linkage.hpp"
+#include "amontons/problem/threaded_product.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -21,17 +23,17 @@ namespace amontons {
 namespace {
 
 // M^-1 as the problem stores it: first the bodies of the model, then the auxiliary bodies of couplings.
-void fill(const StepBodies& step, const std::vector<double>& auxiliary, Bodies& bodies) {
+void fill(const StepBodies& step, const std::vector<double>& auxiliary, unsigned threads, Bodies& bodies) {
   const std::size_t n = step.mobility.size();
   bodies.inverse_mass.resize(n);
   bodies.inverse_inertia.resize(n);
   bodies.centre.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
+  for_entries(threads, n, [&](std::size_t i) {
     const Mat3& J = step.mobility[i].inverse_inertia;
     bodies.inverse_mass[i] = step.mobility[i].inverse_mass;
     bodies.inverse_inertia[i] = {J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)};
     bodies.centre[i] = step.frames[i].centre;
-  }
+  });
   // Six numbers with one mass, for a coupling of many bodies; they have no position.
   for (double w : auxiliary) {
     bodies.inverse_mass.push_back(w);
@@ -101,24 +103,27 @@ void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, c
   if (!std::holds_alternative<ContactSystem>(problem.A)) problem.A = ContactSystem{};
   auto& A = std::get<ContactSystem>(problem.A);
   SetProduct& K = problem.K;
-  A.contact_compliance.clear();
-  K.clear();
-  A.contact_compliance.reserve(contacts.size());
-  for (Contact& c : contacts) {
+  A.contact_compliance.resize(contacts.size());
+  A.contacts.resize(contacts.size());
+  for_entries(options.threads, contacts.size(), [&](std::size_t i) {
+    Contact& c = contacts[i];
     if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
-    append_set(c, K);
-    A.contact_compliance.push_back(
-        std::max(contact_compliance(c.material, options), softness(bodies, c, options.model)));
-  }
-  // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be shared.
-  A.contacts = contacts;
+    A.contact_compliance[i] =
+        std::max(contact_compliance(c.material, options), softness(bodies, c, options.model));
+    // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be
+    // shared.
+    A.contacts[i] = c;
+  });
+  // One thread: where a set lies follows from the kinds of all sets before it.
+  K.clear();
+  for (const Contact& c : contacts) append_set(c, K);
   K.append(rows.cones);
-  fill(bodies, rows.auxiliary_inverse_mass, A.bodies);
+  fill(bodies, rows.auxiliary_inverse_mass, options.threads, A.bodies);
   A.jacobian = rows.jacobian;
   A.compliance = rows.compliance;
   A.constrained = bodies.trees;
   problem.b.resize(K.rows());
-  renew(problem);
+  renew(problem, options.threads);
 }
 
 // The free velocities are known last: those of trees, and the turns of contacts, follow from the start, which
@@ -130,9 +135,10 @@ void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& 
              std::span<const Vec3> turns, Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
-  double* b = problem.b.data();
-  for (std::size_t i = 0; i < A.contacts.size(); ++i) {
+  for_entries(options.threads, A.contacts.size(), [&](std::size_t i) {
     const Contact& c = A.contacts[i];
+    // Rows of its own for each contact: no thread reads what another writes.
+    double* b = &problem.b[problem.graph.first_row[i]];
     const ContactImpulse u = relative_motion(c, free);
     to_rows(c, u.linear, u.angular, c.moment_length, b);
     const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
@@ -142,8 +148,8 @@ void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& 
     if (E > 0 && !options.impact) hold_tangents(c, E, b);
     if (!turns.empty())
       for (int k = 0; k < 3; ++k) b[k] += turns[i][k];
-    b += c.rows;
-  }
+  });
+  double* b = problem.b.data() + problem.rows() - rows.jacobian.size();
   for (std::size_t i = 0; i < rows.jacobian.size(); ++i)
     *b++ = row_velocity(rows.jacobian[i], free, rows.c[i]);
 }

@@ -16,6 +16,7 @@ struct Assembly {
   double held = 0;   // m: overlaps up to it are closed within the step (derivatives/held_step.hpp)
   double slack = 0;  // m: smaller gaps and overlaps count as zero
   const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
+  unsigned threads = 1;          // 0: one per core; results do not depend on it
 };
 
 // A and K of the VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.

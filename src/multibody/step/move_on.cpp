@@ -35,9 +35,10 @@ double least_slip(const StepSetting& step, const Solved& solved) {
 
 void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, Observed& o, State& state) {
   const std::span<const double> x = solved.solution.x;
-  store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts);
+  store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts,
+                 step.options.threads);
   const double least = least_slip(step, solved);
-  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, state.contacts);
+  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, step.options.threads, state.contacts);
   carry_asleep(step.asleep, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
   store_slips(posed.rows, *posed.problem, solved.solution, least, state);
@@ -52,7 +53,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   state.impulse_step = step.kick();
   state.last_step = step.h;
   keep_held_loads(state);
-  integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, ahead}, state, step.forest.number);
+  integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, ahead, step.options.threads},
+            state, step.forest.number);
   if (!step.forest.empty()) {
     move_trees(o.tree_setting(step), solved.after, trees.after, trees.after, trees, state);
     leave_tree_velocities(step.forest, ahead, trees, state);

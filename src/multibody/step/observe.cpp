@@ -18,7 +18,7 @@ namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
-                        step.forest.number},
+                        step.forest.number, step.options.threads},
                        o.free, o.spins);
   if (!step.forest.empty()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
 }
@@ -42,9 +42,10 @@ void place_for_report(const Model& model, const State& state, Observed& o) {
 
 // A step changes the mobility, so that frames are known for its first look alone. Velocities in the middle
 // replace those of all bodies that are not fixed.
-static void place_at_start(const Model& model, const State& state, Observed& o) {
+static void place_at_start(const StepSetting& step, const State& state, Observed& o) {
+  const Model& model = step.model;
   if (o.placed.positions != state.positions || o.placed.orientations != state.orientations)
-    place_bodies(model, state, o.frames, o.mobility, o.start);
+    place_bodies(model, state, o.frames, o.mobility, o.start, step.options.threads);
   o.placed.positions.clear();
   begin_in_the_middle(model, state, o.start);
 }
@@ -54,7 +55,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   const double h = step.h, kick = step.kick();
   const Forest& forest = step.forest;
   if (!forest.empty()) place_trees(model, forest, state, o.trees);
-  place_at_start(model, state, o);
+  place_at_start(step, state, o);
   update_coordinates(model, o.frames, state, forest.has_joint);
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {

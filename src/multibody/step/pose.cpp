@@ -32,7 +32,8 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .most_closed = error,
           .held = step.held,
           .slack = few ? 0 : std::min(drift, error),
-          .model = &step.model};
+          .model = &step.model,
+          .threads = step.options.threads};
 }
 
 TurnLimits turns_of(const StepSetting& step) {

@@ -254,10 +254,6 @@ static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const
   return {turn[0], turn[1], turn[2]};
 }
 
-// Size (contacts) of the parts that threads share.
-static constexpr std::size_t turns_per_part =
-    4096;  // not tuned: 100 us, long beside the hand-over to a thread
-
 double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
   double fastest = 0;
   const auto include_point = [&](Index body, const Vec3& arm) {
@@ -282,12 +278,10 @@ bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits
   found.assign(contacts.size(), {});
   const ContactFinder::Middles& middles = finder.find_middles(reach, contacts);
   std::vector<Vec3>& of_contact = found;  // on another thread `found` is that thread's
-  for_parts(reach.threads, middles.size(), turns_per_part, [&](std::size_t, std::size_t m, std::size_t last) {
-    for (; m < last; ++m) {
-      const std::size_t i = middles[m].contact;
-      const Vec3 turn = turn_of(contacts[i], middles[m], reach.v);
-      if (norm(turn) >= least && norm(turn) <= most) of_contact[i] = turn;
-    }
+  for_entries(reach.threads, middles.size(), [&](std::size_t m) {
+    const std::size_t i = middles[m].contact;
+    const Vec3 turn = turn_of(contacts[i], middles[m], reach.v);
+    if (norm(turn) >= least && norm(turn) <= most) of_contact[i] = turn;
   });
   turns.resize(contacts.size());
   double change = 0;

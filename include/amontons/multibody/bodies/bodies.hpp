@@ -51,7 +51,7 @@ struct StepBodies {
 // Frames, mobilities and velocities of the state. Fixed bodies have zero velocity, whatever the state
 // contains.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
-                  BodyVelocities& velocities);
+                  BodyVelocities& velocities, unsigned threads = 1);
 
 // Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
 struct Momentum {
