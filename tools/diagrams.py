@@ -41,9 +41,13 @@ STEP = {
     ),
     "make_safe": ("Safe step", "Only if the solve or the balance failed: make the impulses harmless."),
     "move_on": ("Move on", "Store impulses and move the bodies."),
+    "let_sleep": (
+        "Let islands sleep",
+        "Leave out of the next step what this one left as it was, to the bit.",
+    ),
 }
 STEP_NUMBERS = ("most_looks",)
-STEP_PASSED = {"most_work", "end_impacts", "add_part", "keep_results"}
+STEP_PASSED = {"most_work", "wakes", "end_impacts", "add_part", "keep_results"}
 PATHS = {
     "accurate": "The impulses are those of the solve.",
     "joints_restored": "The solve missed its tolerance. Joints were solved exactly.",

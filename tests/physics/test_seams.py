@@ -107,11 +107,12 @@ FLOORS = ("boxes", "hulls", "fixed bodies", "loose bodies", "beside a plane", "m
 def test_rolling_over_ten_slabs_is_rolling_on_a_plane(shape, h, kind):
     # Height and velocity are constant. A step closes its gap to 1e-6 of g h^2, 1e-9 m, and leaves 1e-6 of g h
     # in the velocity, which need not cancel over 200 steps: 2e-5 m/s; of loose slabs of 50 kg the residual is
-    # relative to their weight. Contact with the edge of the next slab, d ahead, leans back by d / R and acts
-    # before it touches: it lifted a ball by 2.6 mm and took 13 % of its speed at 10 ms.
+    # relative to their weight: 3e-4 m/s, and h times that in the height. Contact with the edge of the next
+    # slab, d ahead, leans back by d / R and acts before it touches: it
+    # lifted a ball by 2.6 mm and took 13 % of its speed at 10 ms.
     sim = roll(shape, h, lambda b: floor(b, kind))
     heights, velocities = track(sim, 2.0)
-    assert np.abs(heights - R).max() < (2e-6 if kind == "loose bodies" else 1e-7)
+    assert np.abs(heights - R).max() < (3e-4 * h if kind == "loose bodies" else 1e-7)
     assert np.abs(velocities - [V, 0, 0]).max() < (3e-4 if kind == "loose bodies" else 2e-5)
 
 

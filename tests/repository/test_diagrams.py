@@ -46,7 +46,11 @@ def test_committed_diagrams_are_those_of_the_sources(root, name):
 def test_order_and_numbers_follow_the_sources(sources):
     step = sources / "src/multibody/step"
     change(step / "policy.hpp", "most_looks = 4", "most_looks = 7")
-    change(step / "step.cpp", "  correct(step, ", "  move_on(h);\n  correct(step, ")
+    change(
+        step / "step.cpp",
+        "  const bool corrected = correct(step, ",
+        "  move_on(h);\n  const bool corrected = correct(step, ",
+    )
     drawn = diagrams.step(sources)
     assert "up to 7 times" in " ".join(re.sub(r"<[^>]*>", " ", drawn).split())
     assert drawn.index("move_on()") < drawn.index("correct()")
