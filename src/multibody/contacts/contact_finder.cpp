@@ -226,6 +226,7 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
 // copies nothing.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   foreseen_ = reach.v;
+  by_pair_.clear();
   standing_.begin(reach);
   place_geoms(reach);
   reach_out(reach);
@@ -310,8 +311,12 @@ bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
   });
 }
 
+void ContactFinder::sort_all(const std::vector<Contact>& contacts) {
+  if (by_pair_.size() != contacts.size()) sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+}
+
 void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contacts) {
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  sort_all(contacts);
   found_.clear();
   reach_out(reach);
   find_pairs(reach, fixed_);
@@ -352,7 +357,7 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
     return !(sleeps(a) && sleeps(b)) &&
            reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  sort_all(contacts);
   found_.clear();
   reach_out(reach);
   find_pairs(reach, stay_);

@@ -86,6 +86,9 @@ class ContactFinder {
   // Whether a point equals one of the contacts, whose keys are in by_pair_: the same features of the same
   // pair.
   bool is_known(const Reach& reach, const Contact& contact, const std::vector<Contact>& contacts) const;
+  // Sorts the keys of all contacts into by_pair_. The searches of a step after the first one only append
+  // contacts, so that keys of as many hold.
+  void sort_all(const std::vector<Contact>& contacts);
   // Poses of the geoms and boxes around them, for all searches of a step; then what they may reach with the
   // velocities of one search.
   void place_geoms(const Reach& reach);

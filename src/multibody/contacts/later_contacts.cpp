@@ -127,7 +127,7 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
 // Parts begin and end with a pair, wherever the threads divide the sorted list (for_each_pair).
 const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
                                                           const std::vector<Contact>& contacts) {
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  sort_all(contacts);
   const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
   const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
     part.middles.clear();
@@ -161,7 +161,7 @@ bool ContactFinder::overlap(const Later& later, double allowance, std::span<cons
 // pairs are collided once more, in the poses at the end of the step. Overlaps no deeper than those of the
 // pair's rows are known: the rows remove an overlap as fast as they may.
 void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vector<Contact>& contacts) {
-  sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });
+  sort_all(contacts);
   const std::span<const PairKey> sorted(by_pair_);
   const Later later(reach, reach.h, sorted.size(), later_);
   const auto parts = in_parts(reach, sorted.size(), [&](Part& part, std::size_t first, std::size_t last) {

@@ -17,6 +17,10 @@ struct SurfaceMotion {
 
 inline SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b,
                                     const Transform& frame_b, const BodyFrames& bodies) {
+  const auto moves = [](const Geom& g) {
+    return !(g.surface_velocity == Vec3{} && g.surface_spin == Vec3{});
+  };
+  if (!moves(a) && !moves(b)) return {};
   const auto of = [&](const Geom& geom, const Transform& frame) {
     const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
     return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
