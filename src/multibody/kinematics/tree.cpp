@@ -59,30 +59,33 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
   number_coordinates();
 }
 
-// Breadth first from the ground, then from the first body of each group that is not connected to the ground.
+// Depth first from the ground, then from the first body of each group that is not connected to the ground. So
+// the links of a branch follow each other, as the step wants their coordinates (trees/forest).
 void Tree::order_links(const std::vector<std::vector<Index>>& joints_of) {
   std::vector<bool> placed(links_.size(), false);
-  const auto place = [&](Link link) {
-    const Index k = link_of_[link.body];
-    placed[k] = true;
-    links_[k] = link;
-    order_.push_back(static_cast<std::size_t>(k));
-  };
+  std::vector<Link> next;  // a stack
   // The bodies that a joint connects to this one (or to the ground).
-  const auto place_children = [&](std::size_t body) {
-    for (const Index j : joints_of[body]) {
-      const Joint& joint = model_->joint(j);
+  const auto add_children = [&](std::size_t body) {
+    for (auto j = joints_of[body].rbegin(); j != joints_of[body].rend(); ++j) {
+      const Joint& joint = model_->joint(*j);
       if (const Index a = link_of(joint.body_a); a >= 0 && !placed[a])
-        place({joint.body_a, joint.body_b, j, false});
+        next.push_back({joint.body_a, joint.body_b, *j, false});
       else if (const Index b = link_of(joint.body_b); b >= 0 && !placed[b])
-        place({joint.body_b, joint.body_a, j, true});
+        next.push_back({joint.body_b, joint.body_a, *j, true});
     }
   };
-  place_children(model_->bodies());
-  std::size_t done = 0;
+  add_children(model_->bodies());
   for (std::size_t first = 0; first <= links_.size(); ++first) {
-    for (; done < order_.size(); ++done) place_children(links_[order_[done]].body);
-    if (first < links_.size() && !placed[first]) place({links_[first].body});
+    while (!next.empty()) {
+      const Link link = next.back();
+      next.pop_back();
+      const Index k = link_of_[link.body];
+      placed[k] = true;
+      links_[k] = link;
+      order_.push_back(static_cast<std::size_t>(k));
+      add_children(static_cast<std::size_t>(link.body));
+    }
+    if (first < links_.size() && !placed[first]) next.push_back({links_[first].body});
   }
 }
 
