@@ -59,16 +59,6 @@ double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean,
   return work;
 }
 
-// Allowed work of contacts that are kept closed at `closing`. It is negligible beside gravity, and the caller
-// limits it by gravity: joints may press bodies together with stresses of any size, which must not let them
-// move.
-double closing_work(const EnergyInput& in) {
-  const std::size_t contacts = std::get<ContactSystem>(in.problem.A).contacts.size();
-  double impulses = in.asleep;
-  for (std::size_t i = 0; i < contacts; ++i) impulses += in.solution.x[in.problem.graph.first_row[i]];
-  return in.closing * impulses;
-}
-
 double joints_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
   const std::size_t first = in.problem.rows() - in.rows.tags.size();
   double work = 0;
@@ -143,8 +133,7 @@ EnergyBalance along_mean(const EnergyInput& in) {
   }
   work += work_on_trees(in, mean.moved);
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.three_digits * kinetic + step::policy.energy_of_gravity * gravity + recovered +
-              std::min(closing_work(in), step::policy.energy_of_gravity * gravity)};
+          step::policy.three_digits * kinetic + step::policy.energy_of_gravity * gravity + recovered};
 }
 
 // J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

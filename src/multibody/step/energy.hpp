@@ -16,10 +16,8 @@ struct EnergyInput {
   const Problem& problem;
   const Solution& solution;
   const JointRows& rows;
-  double dt;          // s, of the whole step; the allowance refers to it
-  double recovery;    // m/s, of the correction of position errors by velocities
-  double closing;     // m/s, speed at which closed contacts are kept closed
-  double asleep = 0;  // N s, impulses along normals of closed contacts that the problem leaves out
+  double dt;        // s, of the whole step; the allowance refers to it
+  double recovery;  // m/s, of the correction of position errors by velocities
 };
 
 // J: the work of all parts that can only dissipate, and its largest allowed value. The work is taken along

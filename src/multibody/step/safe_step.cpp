@@ -24,9 +24,7 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .solution = solved.solution,
           .rows = posed.rows,
           .dt = step.options.dt,
-          .recovery = step.recovery,
-          .closing = posed.assembly.closing,
-          .asleep = step.asleep.impulses};
+          .recovery = step.recovery};
 }
 
 // Velocities of impulses that were changed.

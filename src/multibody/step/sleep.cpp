@@ -4,7 +4,7 @@
 // nothing changes this part and no other body comes near. So there is no tolerance, and nothing drifts.
 //
 // Some rules of a step depend on the whole scene. Those for closed contacts depend on the number of contacts
-// and on the deepest overlap, and the energy balance on all impulses. Sleepers keep their part. If a step
+// and on the deepest overlap. Sleepers keep their part. If a step
 // corrects positions, misses its tolerance or applies another rule, all wake and the step is made again.
 //
 // Bodies with joints, tendons, drives of their own or bonds do not fall asleep: their rows depend on more.
@@ -138,7 +138,7 @@ void count(const Model& model, Sleepers& s) {
     s = {};
     return;
   }
-  s.overlap = s.penetration = s.impulses = 0;
+  s.overlap = s.penetration = 0;
   s.stays.assign(model.bodies(), 0);
   s.bears.assign(model.bodies(), 0);
   for (std::size_t i = 0; i < model.bodies(); ++i)
@@ -146,7 +146,6 @@ void count(const Model& model, Sleepers& s) {
   for (const Contact& c : s.contacts) {
     if (!(c.material.compliance > 0)) s.overlap = std::max(s.overlap, -c.gap);
     s.penetration = std::max(s.penetration, -c.gap);
-    s.impulses += dot(c.normal, c.impulse);
     if (c.body_b >= 0 && !model.is_dynamic(c.body_b)) s.bears[static_cast<std::size_t>(c.body_b)] = 1;
   }
   // Groups that woke leave no number behind.

@@ -43,7 +43,6 @@ struct Sleepers {
   double overlap = 0;      // m, the largest of rigid ones
   double penetration = 0;  // m, of all
   double fastest = 0;      // m/s, of a contact point with the free velocities
-  double impulses = 0;     // N s, sum along normals
   SquaredMaps maps;
 
   bool have(double closing_now, double slack_now) const {
