@@ -193,7 +193,7 @@ struct Basis {
 // first.
 std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
                         std::array<Vec6, 6>& out) {
-  const double dependent = joints::policy.dependent;
+  const double dependent = joints::policy.rounding;
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
     Vec6 v = columns[i];

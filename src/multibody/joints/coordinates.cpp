@@ -33,10 +33,11 @@ struct Fit {
 // screws is dq_i = <dual_i, error>.
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double largest_turn = 1;  // limit of one step (rad): beyond it T(q) is far from linear
+  constexpr int most_steps = 25;      // not tuned: a few suffice, and half or twice as many change no run
   // The size of a step decreases with the error of the joint and with its own size.
   const double smallest_step = joints::policy.smallest_step;
   double largest = infinity, error = infinity;
-  for (int step = 0; step < joints::policy.most_steps && largest > smallest_step; ++step) {
+  for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
     const ChainKinematics chain = chain_kinematics(joint, relative, q);
     // Duals are damped near singular poses, where a plain least-squares step is unbounded.
     const auto duals = dual_wrenches(chain, length);
@@ -80,7 +81,7 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
   std::size_t starts = 1;
   for (const Dof& dof : joint.dofs)
     if (dof.kind == Dof::Kind::hinge) starts *= 3;
-  for (std::size_t start = 0; start < starts && error > joints::policy.good; ++start) {
+  for (std::size_t start = 0; start < starts && error > joints::policy.smallest_step; ++start) {
     std::size_t digits = start;
     for (std::size_t i = 0; i < q.size(); ++i) {
       trial[i] = 0;
@@ -117,7 +118,7 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
   const Fit found = fit(joint, relative, length, q);
   // Otherwise the nearest fit is the right one, however large the violation, unless there is none.
   if ((hinges > 1 || (hinges == 1 && joint.spherical)) &&
-      (first ? found.squared_error > joints::policy.good : !found.converged))
+      (first ? found.squared_error > joints::policy.smallest_step : !found.converged))
     search(joint, relative, length, q, found.squared_error);
 }
 

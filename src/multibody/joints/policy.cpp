@@ -11,11 +11,8 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named = name_policy("joints", {{"compliance", &policy.compliance},
                                                                   {"auxiliary_mass", &policy.auxiliary_mass},
                                                                   {"reach", &policy.reach},
-                                                                  {"most_steps", &policy.most_steps},
                                                                   {"smallest_step", &policy.smallest_step},
-                                                                  {"good", &policy.good},
                                                                   {"regular", &policy.regular},
-                                                                  {"dependent", &policy.dependent},
                                                                   {"rounding", &policy.rounding}});
 
 }  // namespace amontons::joints

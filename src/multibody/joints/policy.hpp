@@ -20,25 +20,18 @@ struct Policy {
 
   // Coordinates from poses.
 
-  // Steps (count): of a fit. From the coordinates of the last step a few suffice; more are for distant
-  // starts.
-  int most_steps = 25;
   // Step (radians or lengths): a fit has converged below it; the rest is rounding, or negligible beside the
   // error of the joint. Coordinates then do not drift in a scene at rest, where each step makes one more.
+  // Also the squared error (rad^2) of a fit that is good, so that no other start is tried.
   double smallest_step = 1e-7;
-  // Squared error (rad^2): of a fit that is good, so that no other start is tried.
-  double good = 1e-6;
 
   // Singular poses.
 
   // Manipulability (relative to axes at right angles): below it duals are damped. Its square is the largest
   // damping, at the singular pose.
   double regular = 1e-3;
-  // Columns (relative to their length): a part beside the others that is smaller is rounding and no
-  // direction. The number of locked wrenches is then that of the model in every pose. Candidates that differ
-  // by less are equal, so that rounding does not decide between them.
-  double dependent = 1e-9;
-  // Rounding (relative): of a length or a sine to zero, which then has no direction. Also of the work of a
+  // Rounding (relative): of a length or a sine to zero, which then has no direction, and of a column beside
+  // others, so that the number of locked wrenches is that of the model in every pose. Also of the work of a
   // wrench along a degree of freedom, of a natural map to that of zero impulses, of a velocity error to the
   // fastest body. A body of a tree that is farther from the pose of its coordinates was moved by the user.
   double rounding = 1e-12;

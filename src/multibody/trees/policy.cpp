@@ -8,8 +8,7 @@ namespace amontons::trees {
 constinit Policy policy;
 
 // Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
-[[maybe_unused]] static const bool named = name_policy("trees", {{"most_rounds", &policy.most_rounds},
-                                                                 {"rate_precision", &policy.rate_precision},
-                                                                 {"most_left", &policy.most_left}});
+[[maybe_unused]] static const bool named =
+    name_policy("trees", {{"rate_precision", &policy.rate_precision}, {"most_left", &policy.most_left}});
 
 }  // namespace amontons::trees

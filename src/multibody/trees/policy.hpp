@@ -5,9 +5,6 @@
 namespace amontons::trees {
 
 struct Policy {
-  // Rounds (count): of Newton's method for the free rates. Each gains a factor h |q'|, 0.02 for 10 rad/s at
-  // 2 ms.
-  int most_rounds = 8;
   // Change of rates (relative to the fastest): these rounds end if the next one would change them less.
   double rate_precision = 1e-9;
   // Error (relative to the fastest rate, or to the kinetic energy): of rounds that are worth their result.
