@@ -74,6 +74,8 @@ struct Stages {
   SimulationOptions options;
   Sleepers asleep;
   ContactFinder finder;
+  StepMemory memory;
+  Stiffened stiffened;
   StepSetting step;
   StepClock clock{infinity};
   StepSums sums;
@@ -99,6 +101,7 @@ struct Stages {
              .options = options,
              .asleep = asleep,
              .finder = finder,
+             .memory = memory,
              .h = h,
              .last = h,
              .margin = 0.02 * model->length(),
@@ -116,8 +119,8 @@ struct Stages {
   }
   void before_solve() {
     observe();
-    correct(step, clock, others, state, observed, sums);
-    end_impacts(step, resolve_impacts(step, solver, state, observed), state, observed);
+    correct(step, clock, others, state, observed, stiffened, sums);
+    end_impacts(step, resolve_impacts(step, solver, state, observed), state, stiffened, observed);
     pose(step, clock, state, observed, posed);
   }
   void solve() { amontons::solve(step, solver, observed, posed, solved); }
@@ -152,13 +155,13 @@ TEST(observe_finds_what_free_velocities_close) {
 TEST(correct_displaces_and_keeps_velocities) {
   Stages s(box_at(-0.02));
   s.observe();
-  CHECK(correct(s.step, s.clock, s.others, s.state, s.observed, s.sums));
+  CHECK(correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums));
   CHECK(s.sums.solves == 1);
   CHECK_NEAR(s.state.positions[0].z, 0.5, 0.02 * 2e-3 + allowed_error(s.model->length()));
   CHECK_NEAR(norm(s.state.linear_velocities[0]), 0, 0);
   CHECK(s.observed.contacts.size() == 4);
   for (const Contact& c : s.observed.contacts) CHECK_NEAR(c.gap, s.state.positions[0].z - 0.5, 1e-12);
-  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.sums));
+  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums));
 }
 
 // Breaks when a slider that is drawn into its table is corrected in vain in each step, which takes a robot
@@ -173,7 +176,7 @@ TEST(overlaps_that_a_joint_holds_are_not_corrected) {
   Stages s(d);
   s.observe();
   CHECK(s.observed.errors.penetration > 0.01);
-  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.sums) && s.sums.solves == 0);
+  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums) && s.sums.solves == 0);
 }
 
 // Newton's law of impact: u+ = -e u-, impulse m (1 + e) u-. Breaks when free velocities do not follow the
@@ -183,7 +186,7 @@ TEST(impacts_reverse_the_approach) {
   s.step.last = 0;  // its kick is a half
   s.observe();
   const bool bounced = resolve_impacts(s.step, s.solver, s.state, s.observed);
-  end_impacts(s.step, bounced, s.state, s.observed);
+  end_impacts(s.step, bounced, s.state, s.stiffened, s.observed);
   CHECK(bounced && s.sums.status == Status::converged && s.sums.solves == 1);
   CHECK_NEAR(s.observed.start[0].linear.z, 1.5, 1e-9);
   CHECK_NEAR(s.observed.free[0].linear.z, 1.5 - g * h / 2, 1e-9);

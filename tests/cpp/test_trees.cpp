@@ -28,6 +28,7 @@ struct OddTrees {
   BodyMobilities mobility;
   BodyVelocities start;
   TreeStep step;
+  mutable TreeMemory memory;
 
   OddTrees() {
     ModelDescription d;
@@ -58,13 +59,13 @@ struct OddTrees {
     check_coordinates(*tree, q, qd);
     write_poses(*tree, q, state);
     write_velocities(*tree, q, qd, state);
-    place_trees(*model, forest, state, step);
+    place_trees(setting(0), state, step);
     place_bodies(*model, state, frames, mobility, start);
     make_tree_masses(setting(0), state, step);
   }
 
   // A step of length h after one as long.
-  TreeSetting setting(double h) const { return {*model, forest, frames, start, h, h}; }
+  TreeSetting setting(double h) const { return {*model, forest, frames, start, memory, h, h}; }
 
   // Rates in the order of the tree of velocities of the centres of mass.
   std::vector<double> rates(const BodyVelocities& v) const {
@@ -170,7 +171,7 @@ TEST(half_rows_along_a_coordinate_are_those_of_their_bodies) {
   const Linkage& linkage = *t.step.constrained->linkage;
   JointContexts joints;
   place_joints(*t.model, t.frames, t.state, joints, t.forest.has_joint);
-  place_tree_joints(*t.model, t.forest, t.state, t.frames, t.step, joints);
+  place_tree_joints(t.setting(0), t.state, t.step, joints);
   std::size_t count = 0;
   for (const JointContext& joint : joints)
     for (std::size_t i = 0; i < joint.joint->dofs.size(); ++i, ++count) {
@@ -237,7 +238,7 @@ TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
   OddTrees t;
   JointContexts joints;
   place_joints(*t.model, t.frames, t.state, joints, t.forest.has_joint);
-  place_tree_joints(*t.model, t.forest, t.state, t.frames, t.step, joints);
+  place_tree_joints(t.setting(0), t.state, t.step, joints);
   std::vector<JacobianRow> rows;
   for (const JointContext& joint : joints)
     for (std::size_t i = 0; i < joint.joint->dofs.size(); ++i) rows.push_back(dof_row(joint, i));
@@ -282,7 +283,7 @@ TEST(displacements_of_trees_lead_to_the_poses_of_their_coordinates) {
   std::vector<Transform> poses;
   for (std::size_t i = 0; i < t.forest.bodies.size(); ++i) {
     const TreePlace& place = t.step.places[i];
-    const Transform& moved = t.step.moved[i];
+    const Transform& moved = t.memory.moved[i];
     poses.push_back({place.reference + moved(place.pose.position - place.reference),
                      moved.rotation * place.pose.rotation});
   }

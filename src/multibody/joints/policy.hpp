@@ -31,7 +31,7 @@ struct Policy {
   // damping, at the singular pose.
   double regular = 1e-3;
   // Rounding (relative): of a length or a sine to zero, which then has no direction, and of a column beside
-  // others, so that the number of locked wrenches is that of the model in every pose. Also of the work of a
+  // others. The number of locked wrenches is then that of the model in every pose. Also of the work of a
   // wrench along a degree of freedom, of a natural map to that of zero impulses, of a velocity error to the
   // fastest body. A body of a tree that is farther from the pose of its coordinates was moved by the user.
   double rounding = 1e-12;

@@ -57,7 +57,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
             state, step.forest.number);
   if (!step.forest.empty()) {
     move_trees(o.tree_setting(step), solved.after, trees.after, trees.after, trees, state);
-    leave_tree_velocities(step.forest, ahead, trees, state);
+    leave_tree_velocities(o.tree_setting(step), ahead, trees, state);
   }
   advance_activations(step.model, step.h, state);
   open_bonds(step.model, state);

@@ -34,19 +34,20 @@ static void foresee(Observed& o) {
   }
 }
 
-void place_for_report(const Model& model, const State& state, Observed& o) {
+void place_for_report(const Model& model, const State& state, StepMemory& memory, Observed& o) {
   place_bodies(model, state, o.frames, o.mobility, o.start);
-  o.placed.positions = state.positions;
-  o.placed.orientations = state.orientations;
+  memory.placed.positions = state.positions;
+  memory.placed.orientations = state.orientations;
 }
 
 // A step changes the mobility, so that frames are known for its first look alone. Velocities in the middle
 // replace those of all bodies that are not fixed.
 static void place_at_start(const StepSetting& step, const State& state, Observed& o) {
   const Model& model = step.model;
-  if (o.placed.positions != state.positions || o.placed.orientations != state.orientations)
+  State& placed = step.memory.placed;
+  if (placed.positions != state.positions || placed.orientations != state.orientations)
     place_bodies(model, state, o.frames, o.mobility, o.start, step.options.threads);
-  o.placed.positions.clear();
+  placed.positions.clear();
   begin_in_the_middle(model, state, o.start);
 }
 
@@ -54,12 +55,12 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   const Model& model = step.model;
   const double h = step.h, kick = step.kick();
   const Forest& forest = step.forest;
-  if (!forest.empty()) place_trees(model, forest, state, o.trees);
+  if (!forest.empty()) place_trees(o.tree_setting(step), state, o.trees);
   place_at_start(step, state, o);
   update_coordinates(model, o.frames, state, forest.has_joint);
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
   if (!forest.empty()) {
-    place_tree_joints(model, forest, state, o.frames, o.trees, o.joints);
+    place_tree_joints(o.tree_setting(step), state, o.trees, o.joints);
     o.trees.stiffness.clear();
     make_tree_masses(o.tree_setting(step), state, o.trees);
   }
@@ -91,19 +92,20 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   clock.short_of_time = clock.budget.ends_within(step::policy.least_searches * clock.search);
 }
 
-void stiffen(const StepSetting& step, const State& state, Observed& o) {
-  o.stiffened = o.mobility;
-  o.is_stiffened =
-      stiffen_rotations(step.model, state, step.h, step.kick(), o.frames, o.joints, o.stiffness, o.stiffened);
+void stiffen(const StepSetting& step, const State& state, const Observed& o, Stiffened& stiffened) {
+  stiffened.mobility = o.mobility;
+  stiffened.any = stiffen_rotations(step.model, state, step.h, step.kick(), o.frames, o.joints,
+                                    stiffened.inertia, stiffened.mobility);
 }
 
-void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& o) {
-  if (o.is_stiffened) o.mobility = o.stiffened;
-  if (o.is_stiffened && !step.forest.empty()) {
-    o.trees.stiffness = o.stiffness;
+void end_impacts(const StepSetting& step, bool bounced, const State& state, const Stiffened& stiffened,
+                 Observed& o) {
+  if (stiffened.any) o.mobility = stiffened.mobility;
+  if (stiffened.any && !step.forest.empty()) {
+    o.trees.stiffness = stiffened.inertia;
     make_tree_masses(o.tree_setting(step), state, o.trees);
   }
-  if (bounced || o.is_stiffened) make_free_velocities(step, o);
+  if (bounced || stiffened.any) make_free_velocities(step, o);
 }
 
 }  // namespace amontons

@@ -18,17 +18,27 @@ struct PositionErrors {
   double line = 0, penetration = 0;
 };
 
-// The poses for which frames and mobility hold already; empty: unknown.
-struct PlacedPoses {
-  std::vector<Vec3> positions;
-  std::vector<Quat> orientations;
+// Memory that the stages keep from step to step. No result depends on it.
+struct StepMemory {
+  // The poses for which frames and mobility hold already; empty: unknown.
+  struct {
+    std::vector<Vec3> positions;
+    std::vector<Quat> orientations;
+  } placed;
+  TreeMemory trees;
+};
+
+// Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
+struct Stiffened {
+  BodyMobilities mobility;
+  std::vector<Mat3> inertia;
+  bool any = false;
 };
 
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
 // start, free (with all loads, without impulses), and foreseen (free without efforts along joints).
 struct Observed {
   BodyFrames frames;
-  PlacedPoses placed;
   JointContexts joints;
   PositionErrors errors;
   BodyMobilities mobility;
@@ -36,33 +46,30 @@ struct Observed {
   std::vector<BodyImpulse> loads, efforts;  // efforts along joints are among the loads
   std::vector<GyroscopicSpin> spins;
   std::vector<Contact> contacts;
-  std::vector<Index> known;  // per contact: its number among those of the last step; -1: none
-  // Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
-  BodyMobilities stiffened;
-  bool is_stiffened = false;
-  std::vector<Mat3> stiffness;
+  std::vector<Index> known;            // per contact: its number among those of the last step; -1: none
   std::vector<JointWrench> impacts;    // of the locked directions of each joint, at the start of the step
   std::vector<unsigned char> stopped;  // bodies that a thick fluid stops within the step
   HeldLoads held;                      // over the kick
   TreeStep trees;                      // bodies that move in coordinates of their joints
   TreeSetting tree_setting(const StepSetting& step) const {
-    return {step.model, step.forest, frames, start, step.h, step.last};
+    return {step.model, step.forest, frames, start, step.memory.trees, step.h, step.last};
   }
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };
 
 // Frames, mobility and velocities of the poses of the state, for the report of the step that led there. The
 // next step begins with these frames.
-void place_for_report(const Model& model, const State& state, Observed& observed);
+void place_for_report(const Model& model, const State& state, StepMemory& memory, Observed& observed);
 
 // Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
 // the state follow its poses.
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& observed);
 
 // Stiffens light links under high tension; in force after the impacts.
-void stiffen(const StepSetting& step, const State& state, Observed& observed);
+void stiffen(const StepSetting& step, const State& state, const Observed& observed, Stiffened& stiffened);
 
 // After impacts: the mobility is that with stiff links, and free velocities follow from the start velocities.
-void end_impacts(const StepSetting& step, bool bounced, const State& state, Observed& observed);
+void end_impacts(const StepSetting& step, bool bounced, const State& state, const Stiffened& stiffened,
+                 Observed& observed);
 
 }  // namespace amontons

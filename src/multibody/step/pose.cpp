@@ -75,10 +75,10 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   find_past_of_trees(step, state, o, posed.rows);
   append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
   if (!step.damped) {
-    reflect_joints(
-        {model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, o.known, step.h, step.last,
-         step.h * norm(model.description().gravity), allowed_error(model.length()), step.forest, o.trees},
-        state, posed.rows);
+    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, o.known, step.h,
+                    step.last, step.h * norm(model.description().gravity), allowed_error(model.length()),
+                    o.tree_setting(step), o.trees},
+                   state, posed.rows);
   }
   if (state.impulse_step > 0)
     hold_contacts(state.contacts, o.known, step.kick() / state.impulse_step, o.contacts);

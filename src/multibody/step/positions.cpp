@@ -31,9 +31,9 @@ namespace {
 struct PositionInput {
   const StepSetting& step;
   const Observed& observed;
+  const BodyMobilities& mobility;
   const Model& model = step.model;
   const BodyFrames& frames = observed.frames;
-  const BodyMobilities& mobility = observed.stiffened;
   const std::vector<Contact>& contacts = observed.contacts;
   const double h = step.h, length = model.length();
   StepBodies at_rest(const BodyVelocities& rest) const {
@@ -193,9 +193,9 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 // Smaller errors stay, so that resting bodies do not move.
 double allowed_error(double length) { return step::policy.allowed_error * length; }
 
-static bool correct_positions(const StepSetting& step, Observed& observed, StepClock& clock,
-                              Elimination& elimination, State& state, StepSums& sums) {
-  const PositionInput in{step, observed};
+static bool correct_positions(const StepSetting& step, const BodyMobilities& mobility, Observed& observed,
+                              StepClock& clock, Elimination& elimination, State& state, StepSums& sums) {
+  const PositionInput in{step, observed, mobility};
   const double error = largest_error(in, state), h = in.h;
   if (!(error > allowed_error(in.length))) return false;
   const BodyVelocities rest(in.frames.size());
@@ -244,14 +244,14 @@ static bool correct_positions(const StepSetting& step, Observed& observed, StepC
 }
 
 bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
-             StepSums& sums) {
-  stiffen(step, state, o);
+             Stiffened& stiffened, StepSums& sums) {
+  stiffen(step, state, o, stiffened);
   if (step.options.recovery != Recovery::projection || clock.short_of_time ||
-      !correct_positions(step, o, clock, elimination, state, sums))
+      !correct_positions(step, stiffened.mobility, o, clock, elimination, state, sums))
     return false;
   clock.lap(&Timings::assembly);
   observe(step, clock, state, o);
-  stiffen(step, state, o);
+  stiffen(step, state, o, stiffened);
   return true;
 }
 

@@ -15,6 +15,6 @@ double allowed_error(double length);
 // the step. Velocities of centres of mass stay, and so do angular momenta unless that would create energy.
 // Returns whether anything moved.
 bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state,
-             Observed& observed, StepSums& sums);
+             Observed& observed, Stiffened& stiffened, StepSums& sums);
 
 }  // namespace amontons

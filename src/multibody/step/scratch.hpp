@@ -13,6 +13,8 @@ struct StepScratch {
   Observed observed;
   StepProblem posed;
   Solved solved;
+  Stiffened stiffened;
+  StepMemory memory;
   ContactFinder finder;
   // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
   Elimination elimination, position_elimination, impact_elimination;

@@ -28,8 +28,8 @@ struct SmoothInput {
   double h, last;                   // s, of this step and of the last one; 0: there is none
   double fall;                      // m/s, that gravity adds in a step
   double closed;                    // m, gaps up to this one count as closed
-  const Forest& forest;
-  TreeStep& trees;
+  const TreeSetting& tree_setting;
+  const TreeStep& trees;
 };
 
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.

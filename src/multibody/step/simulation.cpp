@@ -303,7 +303,7 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   clock.timings = report.timings;
   Observed& o = scratch_->observed;
-  place_for_report(*model_, state_, o);
+  place_for_report(*model_, state_, scratch_->memory, o);
   static const Forest none;
   add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
   if (last_.changed_nothing) {
@@ -350,7 +350,7 @@ static void fill_reactions(const Observed& o, const State& state, std::vector<Jo
 // Swaps and exchanges, so that both arrays of each kind keep their memory. The memory of the last problem is
 // taken if nothing else holds it: a problem that was handed out never changes.
 void Simulation::keep_results(double joint_error) {
-  auto& [observed, posed, solved, _1, _2, _3, _4] = *scratch_;
+  auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6] = *scratch_;
   fill_reactions(observed, state_, last_.reactions);
   last_.begun = state_.time;
   last_.stood.clear();

@@ -61,7 +61,7 @@ bool Simulation::wakes(bool all) {
 void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
   if (!steady || options_.held > 0 || options_.own_method) return;
-  const auto& [observed, posed, solved, _1, _2, _3, _4] = *scratch_;
+  const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6] = *scratch_;
   last_.found =
       fall_asleep({step, last_.before, state_, observed, posed, solved.islands, *last_.solve.problem, found},
                   last_.contacts, last_.asleep);
@@ -69,7 +69,8 @@ void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
-  auto& [observed, posed, solved, finder, elimination, position_elimination, impact_elimination] = *scratch_;
+  auto& [observed, posed, solved, stiffened, kept, finder, elimination, position_elimination,
+         impact_elimination] = *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
@@ -77,6 +78,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
                          .options = options_,
                          .asleep = last_.asleep,
                          .finder = finder,
+                         .memory = kept,
                          .h = h,
                          .last = state_.last_step,
                          .damped = attempt.damped,
@@ -93,7 +95,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (options_.max_iterations == 0)
     budget.limit_work(
         most_work(observed.contacts.size() + last_.asleep.contacts.size() + 6 * model.joints()));
-  const bool corrected = correct(step, clock, position_elimination, state_, observed, sums);
+  const bool corrected = correct(step, clock, position_elimination, state_, observed, stiffened, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
@@ -103,7 +105,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
     return StepSolver{options_, clock, share, memory, sums, speeds, step.held > 0};
   };
   const bool bounced = resolve_impacts(step, solver(before_impacts, impact_elimination), state_, observed);
-  end_impacts(step, bounced, state_, observed);
+  end_impacts(step, bounced, state_, stiffened, observed);
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   const std::size_t found = observed.contacts.size();

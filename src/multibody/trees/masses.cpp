@@ -37,14 +37,14 @@ void start_linkage(const Model& model, const Forest& forest, Linkage& linkage) {
 
 // A linkage that no problem holds any more. The simulation keeps two problems, the last one and the memory of
 // the one before, so that the pool has three entries unless a user keeps problems.
-std::shared_ptr<ConstrainedBodies> unused_linkage(const Model& model, const Forest& forest, TreeStep& trees) {
-  for (const auto& known : trees.pool)
+std::shared_ptr<ConstrainedBodies> unused_linkage(const TreeSetting& in) {
+  for (const auto& known : in.memory.pool)
     if (known.use_count() == 1) return known;
   const auto linkage = std::make_shared<Linkage>();
-  start_linkage(model, forest, *linkage);
+  start_linkage(in.model, in.forest, *linkage);
   auto fresh = std::make_shared<ConstrainedBodies>(
       ConstrainedBodies{linkage->body, [of = linkage.get()](double* w) { of->move(w); }, linkage});
-  trees.pool.push_back(fresh);
+  in.memory.pool.push_back(fresh);
   return fresh;
 }
 
@@ -93,7 +93,7 @@ void make_tree_masses(const TreeSetting& in, const State& state, TreeStep& trees
 // complete before it is added to that of its parent. Reference points are those of the tree: inertias add.
 std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_drives, TreeStep& trees) {
   const Forest& forest = in.forest;
-  auto masses = unused_linkage(in.model, forest, trees);
+  auto masses = unused_linkage(in);
   Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreePlace& place = trees.places[i];
@@ -103,13 +103,13 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_
     const Flow& s = trees.columns[k];
     linkage.column[k] = {s.linear.x, s.linear.y, s.linear.z, s.angular.x, s.angular.y, s.angular.z};
   }
-  trees.carried = trees.inertias;
+  in.memory.carried = trees.inertias;
   if (with_drives)
     for (std::size_t i = 0; !trees.stiffness.empty() && i < forest.bodies.size(); ++i)
-      trees.carried[i].second = trees.carried[i].second + trees.stiffness[forest.bodies[i].body];
+      in.memory.carried[i].second = in.memory.carried[i].second + trees.stiffness[forest.bodies[i].body];
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
-    const TreeInertia& inertia = trees.carried[i];
+    const TreeInertia& inertia = in.memory.carried[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k) {
       const Flow momentum = momentum_of(inertia, trees.columns[k]);
       double* row = &linkage.rows[linkage.first[k]];
@@ -124,7 +124,7 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_
       diagonal += in.kick() * (drive.damping * share.rate_after + drive.stiffness * share.stretch_after);
     }
     if (b.above < 0) continue;
-    TreeInertia& parent = trees.carried[b.above];
+    TreeInertia& parent = in.memory.carried[b.above];
     parent.mass += inertia.mass;
     parent.first += inertia.first;
     parent.second = parent.second + inertia.second;

@@ -63,35 +63,36 @@ Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, cons
   return from_point(v[body].linear, v[body].angular, frames[body].centre - reference);
 }
 
-void make_flows(const Forest& forest, const BodyFrames& frames, const BodyVelocities& v,
-                std::span<const double> rates, TreeStep& trees) {
-  trees.flow.resize(forest.bodies.size());
+void make_flows(const TreeSetting& in, const BodyFrames& frames, const BodyVelocities& v,
+                std::span<const double> rates, const TreeStep& trees) {
+  const Forest& forest = in.forest;
+  in.memory.flow.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
-    Flow f = b.above >= 0 ? trees.flow[b.above] : flow_of(frames, v, b.parent, trees.places[i].reference);
+    Flow f = b.above >= 0 ? in.memory.flow[b.above] : flow_of(frames, v, b.parent, trees.places[i].reference);
     for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
-    trees.flow[i] = f;
+    in.memory.flow[i] = f;
   }
 }
 
-void make_momenta(const TreeSetting& in, std::span<const double> rates, double h, TreeStep& trees,
+void make_momenta(const TreeSetting& in, std::span<const double> rates, double h, const TreeStep& trees,
                   std::vector<Flow>& momenta) {
   const Forest& forest = in.forest;
-  trees.moved.resize(forest.bodies.size());
-  trees.chord.resize(forest.bodies.size());
+  in.memory.moved.resize(forest.bodies.size());
+  in.memory.chord.resize(forest.bodies.size());
   momenta.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     const TreePlace& place = trees.places[i];
     const Vec3 arm = place.centre - place.reference;
-    Transform& moved = trees.moved[i];
+    Transform& moved = in.memory.moved[i];
     if (b.joint < 0) {
       const double* r = &rates[b.first];
       moved = displaced_freely(arm, {r[0], r[1], r[2]}, {r[3], r[4], r[5]}, h);
     } else {
       Transform parent;
       if (b.above >= 0)
-        parent = trees.moved[b.above];
+        parent = in.memory.moved[b.above];
       else if (b.parent >= 0)
         parent = displaced_freely(in.frames[b.parent].centre - place.reference, in.start[b.parent].linear,
                                   in.start[b.parent].angular, h);
@@ -105,19 +106,19 @@ void make_momenta(const TreeSetting& in, std::span<const double> rates, double h
     const Vec3 p = (trees.inertias[i].mass / h) * way;
     const Vec3 spin = rotate(half_of(moved.rotation), in.frames[b.body].inertia * ((1 / h) * turn));
     momenta[i] = {p, spin + cross(arm, p)};
-    trees.chord[i] = from_point((1 / h) * way, (1 / h) * turn, arm);
+    in.memory.chord[i] = from_point((1 / h) * way, (1 / h) * turn, arm);
   }
 }
 
 // The difference between chord and rates is added to the velocities at the start: those that a user gives
 // need not be velocities of rates.
-void write_mean_before(const TreeSetting& in, double h, TreeStep& trees, BodyVelocities& mean) {
+void write_mean_before(const TreeSetting& in, double h, const TreeStep& trees, BodyVelocities& mean) {
   const BodyVelocities& start = in.start;
-  make_momenta(in, trees.before, -h, trees, trees.momenta);
-  make_flows(in.forest, in.frames, start, trees.before, trees);
+  make_momenta(in, trees.before, -h, trees, in.memory.momenta);
+  make_flows(in, in.frames, start, trees.before, trees);
   for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
     const Index body = in.forest.bodies[i].body;
-    const Flow more = trees.chord[i] - trees.flow[i];
+    const Flow more = in.memory.chord[i] - in.memory.flow[i];
     const Vec3 arm = trees.places[i].centre - trees.places[i].reference;
     mean[body] = {start[body].linear + more.linear + cross(more.angular, arm),
                   start[body].angular + more.angular};
@@ -125,7 +126,7 @@ void write_mean_before(const TreeSetting& in, double h, TreeStep& trees, BodyVel
 }
 
 // Rates are constant over the displacement, and velocities are not: their mean is that of the chord.
-void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past) {
+void change_past(const TreeSetting& in, const TreeStep& trees, std::vector<Past>& past) {
   static thread_local BodyVelocities mean;
   const BodyVelocities& start = in.start;
   mean.resize(start.size());
@@ -133,7 +134,7 @@ void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past
   for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
     const Index body = in.forest.bodies[i].body;
     const TreePlace& place = trees.places[i];
-    const Transform& moved = trees.moved[i];
+    const Transform& moved = in.memory.moved[i];
     const auto [linear, angular] = mean[body];
     past[body] = {{place.reference + moved(place.pose.position - place.reference),
                    moved.rotation * place.pose.rotation},
@@ -142,25 +143,27 @@ void change_past(const TreeSetting& in, TreeStep& trees, std::vector<Past>& past
   }
 }
 
-void subtract_stiffness(const Forest& forest, std::span<const double> rates, TreeStep& trees,
+void subtract_stiffness(const TreeSetting& in, std::span<const double> rates, const TreeStep& trees,
                         std::vector<Flow>& impulses) {
+  const Forest& forest = in.forest;
   if (trees.stiffness.empty()) return;
-  trees.bias.resize(forest.bodies.size());
+  in.memory.bias.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
-    Flow f = b.above >= 0 ? trees.bias[b.above] : Flow{};
+    Flow f = b.above >= 0 ? in.memory.bias[b.above] : Flow{};
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
       f += (rates[k] - trees.before[k]) * trees.columns[k];
-    trees.bias[i] = f;
+    in.memory.bias[i] = f;
     impulses[i].angular -= trees.stiffness[b.body] * f.angular;
   }
 }
 
-void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, TreeStep& trees,
+void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, const TreeStep& trees,
                        std::vector<Flow>& momenta) {
   momenta.resize(in.forest.bodies.size());
-  make_flows(in.forest, in.frames, in.start, rates, trees);
-  for (std::size_t i = 0; i < momenta.size(); ++i) momenta[i] = momentum_of(trees.inertias[i], trees.flow[i]);
+  make_flows(in, in.frames, in.start, rates, trees);
+  for (std::size_t i = 0; i < momenta.size(); ++i)
+    momenta[i] = momentum_of(trees.inertias[i], in.memory.flow[i]);
 }
 
 }  // namespace amontons

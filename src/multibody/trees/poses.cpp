@@ -34,7 +34,7 @@ void place_on_joint(const Model& model, const TreeBody& b, const Transform& pare
     const double q = coordinates[b.first_dof + i];
     axes[i] = rotate(relative.rotation, dof.axis);
     points[i] = relative(dof.anchor);
-    Quat& turn = trees.turns[b.first + i];
+    Quat turn;
     if (dof.kind == Dof::Kind::hinge) {
       const double half = 0.5 * q, s = elementary::sin(half);
       turn = {elementary::cos(half), s * dof.axis.x, s * dof.axis.y, s * dof.axis.z};
@@ -162,7 +162,6 @@ void resize(const Forest& forest, TreeStep& trees) {
   const std::size_t n = forest.parent.size();
   trees.columns.resize(n);
   trees.duals.resize(n);
-  trees.turns.resize(n);
   trees.drives.resize(n);
 }
 
@@ -194,33 +193,36 @@ static void find_places(const Model& model, const Forest& forest, State& state, 
 // The places of the end of a step are those of the start of the next one, bit for bit, unless somebody has
 // changed the state meanwhile. The rotation of a ball is not in the state: it is found from poses, with other
 // rounding than that of the motion.
-void note_placed(const Forest& forest, const State& state, TreeStep& trees) {
-  for (const TreeBody& b : forest.bodies)
+void note_placed(const TreeSetting& in, const State& state) {
+  for (const TreeBody& b : in.forest.bodies)
     if (b.joint >= 0 && b.count > b.dofs) return;
-  trees.placed.positions = state.positions;
-  trees.placed.orientations = state.orientations;
-  trees.placed.coordinates = state.coordinates;
+  in.memory.placed.positions = state.positions;
+  in.memory.placed.orientations = state.orientations;
+  in.memory.placed.coordinates = state.coordinates;
 }
 
 // The places need the poses of bases and of driven bodies, too: all of the state is compared.
 // Exact comparisons: a state that differs by rounding only is another one, and gets its own places.
-static bool is_placed(const State& state, const TreeStep& trees) {
-  return !trees.placed.coordinates.empty() && trees.placed.coordinates == state.coordinates &&
-         trees.placed.positions == state.positions && trees.placed.orientations == state.orientations;
+static bool is_placed(const TreeSetting& in, const State& state) {
+  return !in.memory.placed.coordinates.empty() && in.memory.placed.coordinates == state.coordinates &&
+         in.memory.placed.positions == state.positions && in.memory.placed.orientations == state.orientations;
 }
 
-void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
+void place_trees(const TreeSetting& in, State& state, TreeStep& trees) {
+  const Model& model = in.model;
+  const Forest& forest = in.forest;
   resize(forest, trees);
-  if (!is_placed(state, trees)) find_places(model, forest, state, trees);
-  trees.placed.coordinates.clear();
+  if (!is_placed(in, state)) find_places(model, forest, state, trees);
+  in.memory.placed.coordinates.clear();
   for (std::size_t i = 0; i < forest.bodies.size(); ++i)
     if (forest.bodies[i].joint >= 0) make_duals(model, forest.bodies[i], trees.places[i], trees);
 }
 
 // As place() does for other joints. Only a ball needs the chain of its pose: its rotation vector is the error
 // of that chain.
-void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                       const TreeStep& trees, JointContexts& joints) {
+void place_tree_joints(const TreeSetting& in, const State& state, const TreeStep& trees,
+                       JointContexts& joints) {
+  const Forest& forest = in.forest;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     if (b.joint < 0) continue;
@@ -231,13 +233,14 @@ void place_tree_joints(const Model& model, const Forest& forest, const State& st
     context.axes = to_matrix(place.frame_b.rotation);
     context.chain = place.chain;
     if (place.chain.spherical)
-      context.chain = chain_kinematics(*context.joint, place.relative, coordinates_of(model, state, b.joint));
+      context.chain =
+          chain_kinematics(*context.joint, place.relative, coordinates_of(in.model, state, b.joint));
     context.duals = place.duals;
     context.arm = {};
     if (!place.chain.spherical) context.arm = place.chain.reference - place.relative.position;
     const Vec3 point = place.frame_a.position + context.axes * context.arm;
-    if (context.body_a >= 0) context.r_a = point - frames[context.body_a].centre;
-    if (context.body_b >= 0) context.r_b = point - frames[context.body_b].centre;
+    if (context.body_a >= 0) context.r_a = point - in.frames[context.body_a].centre;
+    if (context.body_b >= 0) context.r_b = point - in.frames[context.body_b].centre;
   }
 }
 

@@ -9,17 +9,17 @@ namespace amontons {
 // Poses of all bodies of trees from coordinates: those of dofs in the state, those of balls and bases in its
 // poses. If poses differ from these by more than rounding, because the user has moved bodies, coordinates are
 // fitted to them first, and the state gets the poses that follow.
-void place_trees(const Model& model, const Forest& forest, State& state, TreeStep& trees);
+void place_trees(const TreeSetting& in, State& state, TreeStep& trees);
 
 // The contexts of joints of trees there.
-void place_tree_joints(const Model& model, const Forest& forest, const State& state, const BodyFrames& frames,
-                       const TreeStep& trees, JointContexts& joints);
+void place_tree_joints(const TreeSetting& in, const State& state, const TreeStep& trees,
+                       JointContexts& joints);
 
 // Poses, frames and columns in TreeStep from the coordinates in the state, its poses of bases, and balls.
 void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees);
 
 // The places in TreeStep are those that place_trees() would find for this state.
-void note_placed(const Forest& forest, const State& state, TreeStep& trees);
+void note_placed(const TreeSetting& in, const State& state);
 
 // The poses in TreeStep become those of the state.
 void write_poses(const Forest& forest, const TreeStep& trees, State& state);

@@ -15,6 +15,9 @@ namespace amontons {
 
 namespace {
 
+// Each round gains a factor h |q'|, 0.02 for 10 rad/s at 2 ms.
+constexpr int most_rounds = 8;  // not tuned: with twice as many no run of benchmarks/sensitivity.py changes
+
 // Forces along a coordinate that are linear in its rate act implicitly, as those of rows (drive_terms).
 //
 // The impulse along a coordinate of its spring, damper and inertia if it ends with a rate.
@@ -27,12 +30,13 @@ double drive_impulse(const TreeSetting& in, const TreeStep& trees, std::size_t k
          d.inertia * (rate - before);
 }
 
-// Velocities of bodies from rates; trees.flow are the flows.
-void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<const double> rates,
-                      TreeStep& trees, BodyVelocities& v) {
-  make_flows(forest, frames, v, rates, trees);
+// Velocities of bodies from rates; in.memory.flow are the flows.
+void write_velocities(const TreeSetting& in, const BodyFrames& frames, std::span<const double> rates,
+                      const TreeStep& trees, BodyVelocities& v) {
+  const Forest& forest = in.forest;
+  make_flows(in, frames, v, rates, trees);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const Flow& f = trees.flow[i];
+    const Flow& f = in.memory.flow[i];
     const TreePlace& place = trees.places[i];
     v[forest.bodies[i].body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
   }
@@ -40,11 +44,12 @@ void write_velocities(const Forest& forest, const BodyFrames& frames, std::span<
 
 // Impulses along the coordinates of impulses on the bodies, which are summed along the trees: J' by the
 // columns. Bodies come after their parents, so that one pass from the last to the first suffices.
-void project(const Forest& forest, std::vector<Flow>& impulses, TreeStep& trees) {
+void project(const TreeSetting& in, std::vector<Flow>& impulses, const TreeStep& trees) {
+  const Forest& forest = in.forest;
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
-      trees.along[k] = power(impulses[i], trees.columns[k]);
+      in.memory.along[k] = power(impulses[i], trees.columns[k]);
     if (b.above >= 0) impulses[b.above] += impulses[i];
   }
 }
@@ -93,27 +98,27 @@ double largest(std::span<const double> rates) {
 // impulse of loads and joints. Those of joints do no work along the columns, which leaves one equation per
 // coordinate. This is the discrete form of d'Alembert's principle (Marsden, West, Acta Numerica 10, 2001): of
 // second order, and the momentum of a free tree is constant. M is its derivative up to a share h |q'|, by
-// which each round of Newton's method reduces the error. `trees.pushed`: impulses along the coordinates.
+// which each round of Newton's method reduces the error. `in.memory.pushed`: impulses along the coordinates.
 //
 // False: the rounds diverge, as coordinates turn too far within the step.
 bool find_rates(const TreeSetting& in, TreeStep& trees, std::vector<double>& rates) {
   const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
-  trees.along.resize(n);
+  in.memory.along.resize(n);
   const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
-  for (int round = 0; round < trees::policy.most_rounds; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
-    make_momenta(in, rates, in.h, trees, trees.impulse);
+    make_momenta(in, rates, in.h, trees, in.memory.impulse);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-      trees.impulse[i] = trees.supply[i] - trees.impulse[i];
-    subtract_stiffness(forest, rates, trees, trees.impulse);
-    project(forest, trees.impulse, trees);
+      in.memory.impulse[i] = trees.supply[i] - in.memory.impulse[i];
+    subtract_stiffness(in, rates, trees, in.memory.impulse);
+    project(in, in.memory.impulse, trees);
     for (std::size_t k = 0; k < n; ++k)
-      trees.along[k] += drive_impulse(in, trees, k, rates[k]) + trees.pushed[k];
-    trees.constrained->linkage->solve(trees.along.data());
-    for (std::size_t k = 0; k < n; ++k) rates[k] += trees.along[k];
-    const double change = largest(trees.along);
+      in.memory.along[k] += drive_impulse(in, trees, k, rates[k]) + in.memory.pushed[k];
+    trees.constrained->linkage->solve(in.memory.along.data());
+    for (std::size_t k = 0; k < n; ++k) rates[k] += in.memory.along[k];
+    const double change = largest(in.memory.along);
     if (change <= trees::policy.rate_precision * fastest) return true;
     // At rounding changes no longer fall.
     if (!(change < last)) return change <= trees::policy.most_left * fastest;
@@ -152,20 +157,20 @@ static void supply_loads(const TreeSetting& in, const std::vector<BodyImpulse>& 
 //
 // A centre of mass without a joint moves straight, so that its flow at the reference changes by -omega x v.
 //
-// trees.impulse: minus those that the bodies need over the kick to keep their rates.
+// in.memory.impulse: minus those that the bodies need over the kick to keep their rates.
 static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
   const Forest& forest = in.forest;
-  trees.impulse.resize(forest.bodies.size());
+  in.memory.impulse.resize(forest.bodies.size());
   const auto straight = [&](Index body) {
     return body < 0 ? Flow{} : Flow{-cross(in.start[body].angular, in.start[body].linear), {}};
   };
-  trees.flow.resize(forest.bodies.size());
-  trees.bias.resize(forest.bodies.size());
+  in.memory.flow.resize(forest.bodies.size());
+  in.memory.bias.resize(forest.bodies.size());
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const TreeBody& b = forest.bodies[i];
     const Vec3& reference = trees.places[i].reference;
-    Flow v = b.above >= 0 ? trees.flow[b.above] : flow_of(in.frames, in.start, b.parent, reference);
-    Flow a = b.above >= 0 ? trees.bias[b.above] : straight(b.parent);
+    Flow v = b.above >= 0 ? in.memory.flow[b.above] : flow_of(in.frames, in.start, b.parent, reference);
+    Flow a = b.above >= 0 ? in.memory.bias[b.above] : straight(b.parent);
     if (b.joint < 0) {
       v = flow_of(in.frames, in.start, b.body, reference);
       a = straight(b.body);
@@ -177,12 +182,12 @@ static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
       a += {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
       v += s;
     }
-    trees.flow[i] = v;
-    trees.bias[i] = a;
+    in.memory.flow[i] = v;
+    in.memory.bias[i] = a;
     const Flow p = momentum_of(trees.inertias[i], v), needed = momentum_of(trees.inertias[i], a);
     const Flow change{needed.linear + cross(v.angular, p.linear),
                       needed.angular + cross(v.angular, p.angular) + cross(v.linear, p.linear)};
-    trees.impulse[i] = (-in.kick()) * change;
+    in.memory.impulse[i] = (-in.kick()) * change;
   }
 }
 
@@ -194,14 +199,14 @@ static void limit_velocity_terms(const TreeSetting& in, TreeStep& trees) {
   const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
   subtract_velocity_terms(in, trees);
-  project(forest, trees.impulse, trees);
-  std::vector<double>& change = trees.mean;
-  change = trees.along;
+  project(in, in.memory.impulse, trees);
+  std::vector<double>& change = in.memory.mean;
+  change = in.memory.along;
   trees.constrained->linkage->solve(change.data());
   double along = 0, square = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    along += trees.before[k] * trees.along[k];
-    square += change[k] * trees.along[k];
+    along += trees.before[k] * in.memory.along[k];
+    square += change[k] * in.memory.along[k];
   }
   const double share = along < 0 ? std::min(1.0, -2 * along / square) : 0.0;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] -= (1 - share) * change[k];
@@ -215,18 +220,18 @@ void make_free_tree_velocities(const TreeSetting& in, const std::vector<BodyImpu
   read_rates(forest, trees, in.frames, in.start, trees.before);
   supply_loads(in, loads, trees);
   const std::size_t n = forest.parent.size();
-  trees.along.resize(n);
+  in.memory.along.resize(n);
   subtract_velocity_terms(in, trees);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.impulse[i] += trees.supply[i];
-  trees.slow_supply = trees.impulse;
-  project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(in, trees, k, trees.before[k]);
-  trees.constrained->linkage->solve(trees.along.data());
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) in.memory.impulse[i] += trees.supply[i];
+  trees.slow_supply = in.memory.impulse;
+  project(in, in.memory.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) in.memory.along[k] += drive_impulse(in, trees, k, trees.before[k]);
+  trees.constrained->linkage->solve(in.memory.along.data());
   trees.free = trees.before;
-  for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.along[k];
+  for (std::size_t k = 0; k < n; ++k) trees.free[k] += in.memory.along[k];
   trees.fastest = largest(trees.before);
   if (is_fast(in.h * trees.fastest)) limit_velocity_terms(in, trees);
-  write_velocities(forest, in.frames, trees.free, trees, free);
+  write_velocities(in, in.frames, trees.free, trees, free);
 }
 
 // Joints do no work over two displacements in mean, if these are short: their forces are normal to the
@@ -235,17 +240,19 @@ static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
   const Forest& forest = in.forest;
   const double fastest = std::max(trees.fastest, largest(trees.free));
   if (!is_fast(in.h * fastest)) return false;
-  make_momenta(in, trees.free, in.h, trees, trees.impulse);
+  make_momenta(in, trees.free, in.h, trees, in.memory.impulse);
   double energy = 0, work = 0;
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    energy += power(trees.momenta[i], trees.chord_before[i]) + power(trees.impulse[i], trees.chord[i]);
-    trees.impulse[i] = trees.impulse[i] - trees.supply[i];
+    energy += power(in.memory.momenta[i], in.memory.chord_before[i]) +
+              power(in.memory.impulse[i], in.memory.chord[i]);
+    in.memory.impulse[i] = in.memory.impulse[i] - trees.supply[i];
   }
   for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-    work += power(trees.impulse[i], trees.chord[i]) + power(trees.impulse[i], trees.chord_before[i]);
+    work += power(in.memory.impulse[i], in.memory.chord[i]) +
+            power(in.memory.impulse[i], in.memory.chord_before[i]);
   for (std::size_t k = 0; k < trees.free.size(); ++k)
-    work -=
-        (drive_impulse(in, trees, k, trees.free[k]) + trees.pushed[k]) * (trees.free[k] + trees.before[k]);
+    work -= (drive_impulse(in, trees, k, trees.free[k]) + in.memory.pushed[k]) *
+            (trees.free[k] + trees.before[k]);
   return !(work <= trees::policy.most_left * energy);
 }
 
@@ -255,18 +262,18 @@ static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
 static void project_momenta(const TreeSetting& in, TreeStep& trees) {
   const Forest& forest = in.forest;
   const std::size_t n = forest.parent.size();
-  trees.impulse = trees.supply;
-  project(forest, trees.impulse, trees);
-  for (std::size_t k = 0; k < n; ++k) trees.along[k] += drive_impulse(in, trees, k, 0);
-  trees.constrained->linkage->solve(trees.along.data());
-  trees.free = trees.along;
-  for (int round = 0; round < trees::policy.most_rounds; ++round) {
-    make_momenta(in, trees.free, in.h, trees, trees.impulse);
+  in.memory.impulse = trees.supply;
+  project(in, in.memory.impulse, trees);
+  for (std::size_t k = 0; k < n; ++k) in.memory.along[k] += drive_impulse(in, trees, k, 0);
+  trees.constrained->linkage->solve(in.memory.along.data());
+  trees.free = in.memory.along;
+  for (int round = 0; round < most_rounds; ++round) {
+    make_momenta(in, trees.free, in.h, trees, in.memory.impulse);
     double had = 0, has = 0, work = 0;
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-      had += 0.5 * power(trees.momenta[i], trees.chord_before[i]);
-      has += 0.5 * power(trees.impulse[i], trees.chord[i]);
-      work += power(trees.loads[i], trees.chord[i]);
+      had += 0.5 * power(in.memory.momenta[i], in.memory.chord_before[i]);
+      has += 0.5 * power(in.memory.impulse[i], in.memory.chord[i]);
+      work += power(in.memory.loads[i], in.memory.chord[i]);
     }
     if (!(has > had + std::max(0.0, work))) break;
     const double share = std::sqrt((had + std::max(0.0, work)) / has);
@@ -286,47 +293,47 @@ void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, T
   const Forest& forest = in.forest;
   const Linkage& linkage = *trees.constrained->linkage;
   const std::size_t n = forest.parent.size();
-  trees.pushed.assign(n, 0.0);
+  in.memory.pushed.assign(n, 0.0);
   trees.caused.assign(n, 0.0);
   if (!w.empty()) {
-    trees.wrenches.clear();
+    in.memory.wrenches.clear();
     for (const Index i : linkage.body)
-      trees.wrenches.insert(trees.wrenches.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
-    linkage.gather(trees.wrenches.data(), trees.pushed.data());
-    trees.caused = trees.pushed;
+      in.memory.wrenches.insert(in.memory.wrenches.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
+    linkage.gather(in.memory.wrenches.data(), in.memory.pushed.data());
+    trees.caused = in.memory.pushed;
     linkage.solve(trees.caused.data());
   }
-  trees.first = trees.free;
+  in.memory.first = trees.free;
   for (std::size_t k = 0; k < n; ++k) trees.free[k] += trees.caused[k];
   trees.slow = is_slow(in.h * std::max(trees.fastest, largest(trees.free)));
   if (trees.slow) {
     make_slow_momenta(in, trees.before, trees, trees.supply);
     for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.slow_supply[i];
-    trees.free = trees.first;
+    trees.free = in.memory.first;
     return;
   }
   if (in.last > 0) {
-    make_momenta(in, trees.before, -in.last, trees, trees.momenta);
-    trees.chord_before = trees.chord;
+    make_momenta(in, trees.before, -in.last, trees, in.memory.momenta);
+    in.memory.chord_before = in.memory.chord;
   } else {
-    make_slow_momenta(in, trees.before, trees, trees.momenta);
-    trees.chord_before = trees.flow;
+    make_slow_momenta(in, trees.before, trees, in.memory.momenta);
+    in.memory.chord_before = in.memory.flow;
   }
-  trees.loads = trees.supply;
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.momenta[i];
+  in.memory.loads = trees.supply;
+  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += in.memory.momenta[i];
   const bool found = find_rates(in, trees, trees.free);
   if (found && !creates_energy(in, trees)) {
     for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
   } else {
     project_momenta(in, trees);
   }
-  write_velocities(forest, in.frames, trees.free, trees, free);
+  write_velocities(in, in.frames, trees.free, trees, free);
 }
 
 // The velocity of the origin of a body after write_velocities().
-static Vec3 origin_velocity(const TreeStep& trees, std::size_t i) {
+static Vec3 origin_velocity(const TreeSetting& in, const TreeStep& trees, std::size_t i) {
   const TreePlace& place = trees.places[i];
-  return trees.flow[i].linear + cross(trees.flow[i].angular, place.pose.position - place.reference);
+  return in.memory.flow[i].linear + cross(in.memory.flow[i].angular, place.pose.position - place.reference);
 }
 
 // Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
@@ -352,36 +359,37 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
   }
   place_all(model, forest, state, trees);
   write_poses(forest, trees, state);
-  note_placed(forest, state, trees);
-  BodyFrames& moved = trees.frames;
+  note_placed(in, state);
+  BodyFrames& moved = in.memory.frames;
   moved.resize(model.bodies());
-  BodyVelocities& after = trees.velocities;
+  BodyVelocities& after = in.memory.velocities;
   after = v;
   for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = in.frames[i].centre + h * v[i].linear;
-  write_velocities(forest, moved, rates_then, trees, after);
+  write_velocities(in, moved, rates_then, trees, after);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
-    state.middle_velocities[body].linear = origin_velocity(trees, i);
-    state.middle_velocities[body].angular = trees.flow[i].angular;
+    state.middle_velocities[body].linear = origin_velocity(in, trees, i);
+    state.middle_velocities[body].angular = in.memory.flow[i].angular;
   }
 }
 
 // A tree is one island, so that its bodies have one share. Rates of coordinates change smoothly where the
 // velocities of bodies do.
-void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, TreeStep& trees,
+void leave_tree_velocities(const TreeSetting& in, std::span<const double> ahead, const TreeStep& trees,
                            State& state) {
-  trees.mean = trees.after;
+  const Forest& forest = in.forest;
+  in.memory.mean = trees.after;
   bool stopped = true;
   for (const double rate : trees.after) stopped = stopped && rate == 0;
   for (const TreeBody& b : forest.bodies)
     for (std::size_t k = b.first; k < b.first + b.count && !stopped; ++k)
-      trees.mean[k] += ahead[b.body] * (trees.after[k] - trees.before[k]);
-  write_velocities(forest, trees.frames, trees.mean, trees, trees.velocities);
+      in.memory.mean[k] += ahead[b.body] * (trees.after[k] - trees.before[k]);
+  write_velocities(in, in.memory.frames, in.memory.mean, trees, in.memory.velocities);
   for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
     const Index body = forest.bodies[i].body;
     MiddleVelocity& middle = state.middle_velocities[body];
-    state.linear_velocities[body] = middle.left_linear = origin_velocity(trees, i);
-    state.angular_velocities[body] = middle.left_angular = trees.flow[i].angular;
+    state.linear_velocities[body] = middle.left_linear = origin_velocity(in, trees, i);
+    state.angular_velocities[body] = middle.left_angular = in.memory.flow[i].angular;
   }
 }
 

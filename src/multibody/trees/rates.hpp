@@ -28,7 +28,7 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
                 std::span<const double> rates_then, TreeStep& trees, State& state);
 // The velocities in the state after the trees have moved with `after` over h. They are ahead by a share of
 // the change of the rates: `ahead`, per body of the model.
-void leave_tree_velocities(const Forest& forest, std::span<const double> ahead, TreeStep& trees,
+void leave_tree_velocities(const TreeSetting& in, std::span<const double> ahead, const TreeStep& trees,
                            State& state);
 
 // Stores the impulses of springs, dampers and inertias that M contains, for the rates `after`.

@@ -26,14 +26,15 @@ Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& dual
 
 // From the leaves to the root, as the children of a body follow it in the list.
 //
-// Adds the locked part of what each joint carries. trees.impulse: the change of momentum of each body less
-// its loads.
-void add_reactions(const Forest& forest, const JointContexts& joints, std::span<const double> w,
-                   TreeStep& trees, std::vector<JointWrench>& wrenches) {
+// Adds the locked part of what each joint carries. in.memory.impulse: the change of momentum of each body
+// less its loads.
+void add_reactions(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
+                   const TreeStep& trees, std::vector<JointWrench>& wrenches) {
+  const Forest& forest = in.forest;
   for (std::size_t i = forest.bodies.size(); i-- > 0;) {
     const TreeBody& b = forest.bodies[i];
     const Vec3& O = trees.places[i].reference;
-    Flow& f = trees.impulse[i];
+    Flow& f = in.memory.impulse[i];
     const double* row = &w[6 * static_cast<std::size_t>(b.body)];
     const Vec3 push{row[0], row[1], row[2]};
     f.linear -= push;
@@ -49,7 +50,7 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
     JointWrench& wrench = wrenches[b.joint];
     wrench.force += locked.linear;
     wrench.torque += locked.angular + cross(joint.arm, locked.linear);
-    if (b.above >= 0) trees.impulse[b.above] += f;
+    if (b.above >= 0) in.memory.impulse[b.above] += f;
   }
 }
 
@@ -58,32 +59,33 @@ void add_reactions(const Forest& forest, const JointContexts& joints, std::span<
 // The joints supply the momenta after the step, less those before it and all loads. trees.supply still holds
 // the latter two.
 void store_tree_reactions(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
-                          TreeStep& trees, State& state) {
+                          const TreeStep& trees, State& state) {
   if (trees.slow)
-    make_slow_momenta(in, trees.after, trees, trees.impulse);
+    make_slow_momenta(in, trees.after, trees, in.memory.impulse);
   else
-    make_momenta(in, trees.after, in.h, trees, trees.impulse);
+    make_momenta(in, trees.after, in.h, trees, in.memory.impulse);
   for (std::size_t i = 0; i < in.forest.bodies.size(); ++i)
-    trees.impulse[i] = trees.impulse[i] - trees.supply[i];
-  add_reactions(in.forest, joints, w, trees, state.joint_wrenches);
+    in.memory.impulse[i] = in.memory.impulse[i] - trees.supply[i];
+  add_reactions(in, joints, w, trees, state.joint_wrenches);
 }
 
 // In an impact bodies do not move: the change of their momenta is M_b times that of their velocities.
 void add_tree_impacts(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
-                      const ConstrainedBodies& masses, TreeStep& trees, std::vector<JointWrench>& wrenches) {
+                      const ConstrainedBodies& masses, const TreeStep& trees,
+                      std::vector<JointWrench>& wrenches) {
   const Forest& forest = in.forest;
   std::vector<double> change;
   for (const Index i : masses.body) change.insert(change.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
   masses.apply(change.data());
-  trees.impulse.resize(forest.bodies.size());
+  in.memory.impulse.resize(forest.bodies.size());
   for (std::size_t k = 0; k < masses.body.size(); ++k) {
     const Index body = masses.body[k], i = forest.number[body];
     const double* v = &change[6 * k];
     const Vec3 p = in.model.body(body).mass * Vec3{v[0], v[1], v[2]};
-    trees.impulse[i] = {p, in.frames[body].inertia * Vec3{v[3], v[4], v[5]} +
-                               cross(trees.places[i].centre - trees.places[i].reference, p)};
+    in.memory.impulse[i] = {p, in.frames[body].inertia * Vec3{v[3], v[4], v[5]} +
+                                   cross(trees.places[i].centre - trees.places[i].reference, p)};
   }
-  add_reactions(forest, joints, w, trees, wrenches);
+  add_reactions(in, joints, w, trees, wrenches);
 }
 
 }  // namespace amontons

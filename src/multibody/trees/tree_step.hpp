@@ -1,4 +1,4 @@
-// The trees of a model over one step: places, M, rates, and the memory of all this.
+// The trees of a model over one step: places, M, and rates.
 //
 // In a step: poses follow from coordinates (place_trees), M and its factors from poses (make_tree_masses),
 // free rates from the momenta over displacements (make_free_tree_velocities, foresee_tree_velocities). All
@@ -52,6 +52,27 @@ struct TreeDrive {
   double stiffness = 0, stretch = 0, damping = 0, inertia = 0, euler = 1;
 };
 
+// Memory of the functions of trees, which write before they read. Arrays and linkages are kept between steps.
+struct TreeMemory {
+  std::vector<std::shared_ptr<ConstrainedBodies>> pool;  // linkages, which problems may still hold
+  // Per TreeBody: `flow` of the last make_flows(), `moved` and `chord` of the last make_momenta().
+  std::vector<Flow> flow, bias, impulse, loads, momenta, chord, chord_before;
+  std::vector<Transform> moved;
+  std::vector<TreeInertia> carried;
+  // Per coordinate.
+  std::vector<double> along, mean, pushed, first;
+  std::vector<double> wrenches;
+  // After the trees have moved, all bodies.
+  BodyFrames frames;
+  BodyVelocities velocities;
+  // The state for which the places of the last step hold; empty: unknown.
+  struct {
+    std::vector<Vec3> positions;
+    std::vector<Quat> orientations;
+    std::vector<double> coordinates;
+  } placed;
+};
+
 // The step in which trees move: its model, the bodies at its start, and its length and that of the one before
 // (s; 0: there is none).
 struct TreeSetting {
@@ -59,6 +80,7 @@ struct TreeSetting {
   const Forest& forest;
   const BodyFrames& frames;
   const BodyVelocities& start;
+  TreeMemory& memory;
   double h, last;
   double kick() const { return 0.5 * (last + h); }
 };
@@ -67,34 +89,22 @@ struct TreeSetting {
 // spring. As rows of the problem they would be bilateral with the compliance of drive_terms() and leave it by
 // elimination, with the same result.
 //
-// Where the trees stand at the start of a step, and their M; arrays keep their memory between steps.
+// Where the trees stand at the start of a step, their M, and their rates.
 struct TreeStep {
   std::vector<TreePlace> places;      // per TreeBody
   std::vector<TreeInertia> inertias;  // per TreeBody, of it alone
   std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
-  std::vector<Quat> turns;            // per coordinate: rotation of a hinge
   std::vector<TreeDrive> drives;      // per coordinate
   // Per body of the model: inertia that stands for the stiffness of light links; empty: none needs it.
   std::vector<Mat3> stiffness;
-  std::vector<double> before, free;  // rates at the start, and at the end without impulses
-  std::vector<double> after;         // rates at the end
-  double fastest = 0;                // largest of the rates at the start
-  bool slow = false;                 // momenta are those of velocities, with velocity terms at the start
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored
-  // The state for which `places` hold; empty: unknown.
-  struct {
-    std::vector<Vec3> positions;
-    std::vector<Quat> orientations;
-    std::vector<double> coordinates;
-  } placed;
-  // Memory: linkages that problems may still hold; scratch.
-  std::vector<std::shared_ptr<ConstrainedBodies>> pool;
-  std::vector<TreeInertia> carried;
-  std::vector<double> along, mean, wrenches, pushed, caused, first;
-  std::vector<Flow> flow, bias, supply, slow_supply, impulse, loads, momenta, chord, chord_before;
-  std::vector<Transform> moved;
-  BodyFrames frames;
-  BodyVelocities velocities;
+  std::vector<double> before, free;                // rates at the start, and at the end without impulses
+  std::vector<double> caused;                      // rates that the foreseen impulses add
+  std::vector<double> after;                       // rates at the end
+  double fastest = 0;                              // largest of the rates at the start
+  bool slow = false;  // momenta are those of velocities, with velocity terms at the start
+  // Per TreeBody: impulses of loads and the momenta before the step; of loads and velocity terms.
+  std::vector<Flow> supply, slow_supply;
 };
 
 }  // namespace amontons
