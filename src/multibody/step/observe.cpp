@@ -44,7 +44,7 @@ void place_for_report(const Model& model, const State& state, StepMemory& memory
 // replace those of all bodies that are not fixed.
 static void place_at_start(const StepSetting& step, const State& state, Observed& o) {
   const Model& model = step.model;
-  State& placed = step.memory.placed;
+  auto& placed = step.memory.placed;
   if (placed.positions != state.positions || placed.orientations != state.orientations)
     place_bodies(model, state, o.frames, o.mobility, o.start, step.options.threads);
   placed.positions.clear();
@@ -55,15 +55,14 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   const Model& model = step.model;
   const double h = step.h, kick = step.kick();
   const Forest& forest = step.forest;
-  if (!forest.empty()) place_trees(o.tree_setting(step), state, o.trees);
+  const TreeSetting trees = o.tree_setting(step);
+  place_trees(trees, state, o.trees);
   place_at_start(step, state, o);
   update_coordinates(model, o.frames, state, forest.has_joint);
   place_joints(model, o.frames, state, o.joints, forest.has_joint);
-  if (!forest.empty()) {
-    place_tree_joints(o.tree_setting(step), state, o.trees, o.joints);
-    o.trees.stiffness.clear();
-    make_tree_masses(o.tree_setting(step), state, o.trees);
-  }
+  place_tree_joints(trees, state, o.trees, o.joints);
+  o.trees.stiffness.clear();
+  make_tree_masses(trees, state, o.trees);
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
   // added here.
@@ -100,8 +99,8 @@ void stiffen(const StepSetting& step, const State& state, const Observed& o, Sti
 
 void end_impacts(const StepSetting& step, bool bounced, const State& state, const Stiffened& stiffened,
                  Observed& o) {
-  if (stiffened.any) o.mobility = stiffened.mobility;
-  if (stiffened.any && !step.forest.empty()) {
+  if (stiffened.any) {
+    o.mobility = stiffened.mobility;
     o.trees.stiffness = stiffened.inertia;
     make_tree_masses(o.tree_setting(step), state, o.trees);
   }

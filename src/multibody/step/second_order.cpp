@@ -198,7 +198,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     came[i].angular = known ? rows.past[i].velocity.angular
                             : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
   }
-  if (!in.tree_setting.forest.empty()) write_mean_before(in.tree_setting, last.h, in.trees, came);
+  write_mean_before(in.tree_setting, last.h, in.trees, came);
   middle.clear();
   for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
   const std::vector<unsigned char>& near = find_near_contacts(in);

@@ -24,14 +24,14 @@ struct StepSetting {
   const Sleepers& asleep;  // islands that the step leaves out
   ContactFinder& finder;   // memory of the searches: later ones of a step go on from the first
   StepMemory& memory;
-  double h;              // s, of this part of the step; options.dt is the whole step
-  double last;           // s, of the one before; 0: there is none that this one continues
-  bool damped = false;   // of first order: the step may lose but never gain energy
-  double margin;         // m
-  double recovery = 0;   // m/s, of the correction of position errors by velocities
-  double displacing;     // m/s, limit of the correction of position errors by displacement
-  double restitution;    // m/s, slower approaches do not bounce
-  double held = 0;       // m: overlaps up to it are closed at once, by the step of a derivative
+  double h;             // s, of this part of the step; options.dt is the whole step
+  double last;          // s, of the one before; 0: there is none that this one continues
+  bool damped = false;  // of first order: the step may lose but never gain energy
+  double margin;        // m
+  double recovery = 0;  // m/s, of the correction of position errors by velocities
+  double displacing;    // m/s, limit of the correction of position errors by displacement
+  double restitution;   // m/s, slower approaches do not bounce
+  double held = 0;      // m: overlaps up to it are closed at once, by the step of a derivative
   // Impulses act from the middle of the last step to the middle of this one (s).
   double kick() const { return 0.5 * (last + h); }
   JointOptions joint_options(std::span<const double> controls = {}) const {

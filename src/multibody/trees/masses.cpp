@@ -80,6 +80,7 @@ void make_drives(const Model& model, const Forest& forest, const State& state, T
 }  // namespace
 
 void make_tree_masses(const TreeSetting& in, const State& state, TreeStep& trees) {
+  if (in.forest.empty()) return;
   make_inertias(in.model, in.forest, in.frames, trees);
   make_drives(in.model, in.forest, state, trees);
   trees.constrained.reset();
