@@ -28,8 +28,8 @@ struct Policy {
   // Paths (count): expected with the De Saxce term held. With 1 walls and spheres in a box take up to eight
   // times the work, as first-order iterations end too early.
   double frozen_paths = 4;
-  // Work (units per block): of assembling a factorisation and of a method's work on its cones. With 44 a wall
-  // of 192 bricks is not solved to 1e-8.
+  // Work (units per block): of assembling a factorisation and of a method's work on its cones. With 11 or 44
+  // the work of walls of 192 bricks changes by a tenth.
   double assembly = 22;
   // Size (blocks): with more of them the path with the De Saxce term held comes first. Without it walls take
   // three times the work, and with it everywhere FCLIB files take twice as much.
