@@ -70,6 +70,11 @@ double inverse_effective_mass(const JacobianRow& row, const StepBodies& bodies) 
 
 // A tree may lock the direction of a row: a planar loop holds itself in its plane. D M^-1 D' with the joints
 // of the tree is then zero up to rounding, and a compliance relative to it no compliance. Free bodies set it.
+//
+// With trees all errors of a loop are those of its closing rows. They return within D (v- + v+), so v- stays
+// the chord between closed poses, and e of step/second_order.cpp stays small. Rows of all joints share their
+// errors instead: there each step would feed back the chord's distance from its circle, which is of first
+// order.
 void append_equality(const RowInput& in, const RowPlace& at, double error, double e, JointRows& rows) {
   const double inverse_mass =
       in.model.lightness(at.row.body_a, at.row.body_b) * inverse_effective_mass(at.row, in.bodies.mobility);

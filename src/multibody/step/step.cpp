@@ -43,6 +43,12 @@ bool all_finite(const BodyVelocities& velocities) {
   });
 }
 
+// A report counts islands asleep as every other: a caller must not see whether a step left them out.
+void add_sleepers(const Sleepers& asleep, Report& report) {
+  report.contacts += asleep.contacts.size();
+  report.penetration = std::max(report.penetration, asleep.penetration);
+}
+
 }  // namespace
 
 // Whether a step would have another result for islands asleep: they wake, and the step is made again.
@@ -57,7 +63,8 @@ bool Simulation::wakes(bool all) {
 }
 
 // A step of another length than the last one, a held step, and a method of the user's say nothing of the
-// next.
+// next. The same holds for a second attempt, and for a step that corrects positions or has impacts: what they
+// shift would have to be shifted again.
 void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
   if (!steady || options_.held > 0 || options_.own_method) return;
@@ -123,8 +130,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (!solved.balance.holds() && !attempt.is_last && !clock.over_attempt()) return Outcome::unbalanced;
   if (!accurate) make_safe(step, clock, elimination, observed, posed, solved);
   add_part(errors, posed, solved, options_.tolerance, sums, report);
-  report.contacts += last_.asleep.contacts.size();
-  report.penetration = std::max(report.penetration, last_.asleep.penetration);
+  add_sleepers(last_.asleep, report);
   const double joint_error = std::max(errors.joint.distance, model.length() * errors.joint.angle);
   report.joints_close = joint_error < last_.joint_error;
   if (!all_finite(solved.after)) return Outcome::not_finite;
@@ -134,7 +140,6 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   last_.beside_sleepers = last_.asleep.any();
   last_.found = found;
   const bool sound = sums.status == Status::converged && solved.balance.holds();
-  // Only the first attempt at a step that nothing shifted tells what the next step will do.
   if (sound && attempt.is_first && !corrected && !bounced && !clock.short_of_time) let_sleep(step, found);
   clock.lap(&Timings::integration);
   return sound ? Outcome::sound : Outcome::missed;

@@ -18,6 +18,8 @@ from amontons.simulation.tangent import difference, integrate
 OPTIONS = {"dt": 2e-3, "tolerance": 1e-11, "warm_start": False, "on_failure": "ignore"}
 CHANGES = (1e-6, 4e-6, 1.6e-5, 6.4e-5)
 """of the differences, of fourth order: errors of small ones are 1e-11 / 1e-6 of the solves"""
+RESIDUAL = 1e-12
+"""of solves whose differences over 1e-6 know a slope to 1e-6"""
 BEND = 1e-2
 """Relative: differences over one and two changes that differ by more have passed a border between faces."""
 KNOWN = 3e-7
@@ -86,7 +88,8 @@ def slope_of(state, scale, weights):
 
 
 def compared(model, sim, random):
-    """The relative errors of the derivative over coordinates, rates and controls; None at a border.
+    """The relative errors of the derivative over coordinates, rates and controls. None at a border, or where
+    residuals of solves hide the slope.
 
     Rates are those of the middles of steps.
     """
@@ -97,6 +100,7 @@ def compared(model, sim, random):
     if not found.differentiable or found.margin < 1e-4:
         return None
     still, undriven = np.zeros(nv), np.zeros(len(model.control_names))
+    residuals = []
 
     def after(dq=still, dqd=still, du=undriven):
         world = Simulation(model, **OPTIONS)
@@ -106,7 +110,7 @@ def compared(model, sim, random):
         q, qd = world.q, world.qd
         world.q, world.qd = integrate(model, q, dq), qd + dqd
         world._core.begin_with_shown(False)
-        world.step()
+        residuals.append(world.step().residual)
         world._core.show_middle()
         return world
 
@@ -138,7 +142,7 @@ def compared(model, sim, random):
         if (slope := slope_of(moving, scale, weights)) is None:
             return None
         errors.append(float(np.abs(mine - slope).max() / scale))
-    return errors
+    return errors if max(residuals) < RESIDUAL else None
 
 
 def transposed(model, sim, random):
