@@ -44,6 +44,9 @@ struct Linkage {
   Index place_of(Index i) const {
     return i >= 0 && static_cast<std::size_t>(i) < place.size() ? place[i] : -1;
   }
+  bool touches(const JacobianRow& row) const {
+    return place_of(row.body_a) >= 0 || place_of(row.body_b) >= 0;
+  }
 
   // M = L'DL. A pivot far below its diagonal entry belongs to parallel axes of one joint. It is raised to a
   // share of that entry, as by a small inertia of the drive.

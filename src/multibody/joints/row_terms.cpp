@@ -79,7 +79,8 @@ void append_equality(const RowInput& in, const RowPlace& at, double error, doubl
   const double inverse_mass =
       in.model.lightness(at.row.body_a, at.row.body_b) * inverse_effective_mass(at.row, in.bodies.mobility);
   JointOptions options = in.options;
-  if (in.bodies.trees) options.recovery_speed = options.closing_speed;
+  if (in.bodies.trees && in.bodies.trees->linkage->touches(at.row))
+    options.recovery_speed = options.loop_speed;
   rows.append(Bilateral{}, at.row, equality_terms(error, e, inverse_mass, options), at.last, at.tag);
 }
 

@@ -210,7 +210,7 @@ static bool correct_positions(const StepSetting& step, const BodyMobilities& mob
     rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
     p = displacements(in, rest, rows, time, elimination, sums);
     if (p.empty()) return false;
-    // Joints demand all of theirs. The next steps remove what a large turn leaves.
+    // Rows of joints demand their whole error even so. The next steps remove what a shorter way leaves.
     if (const double part = step::policy.largest_turn / (h * turning(p)); part < 1)
       for (BodyVelocity& body : p) body = {part * body.linear, part * body.angular};
   }

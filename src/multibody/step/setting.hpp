@@ -37,7 +37,7 @@ struct StepSetting {
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};
     all.closing = held / h;
-    all.closing_speed = recovery > 0 || options.recovery == Recovery::projection ? displacing : 0;
+    all.loop_speed = recovery > 0 || options.recovery == Recovery::projection ? displacing : 0;
     return all;
   }
 };

@@ -125,12 +125,15 @@ const std::vector<Contact>& Simulation::contacts() const {
 
 std::size_t Simulation::sleeping() const { return last_.asleep.bodies(); }
 
-// A simulation without memory leaves out no island.
+// A simulation without memory leaves out no island. Without a budget it makes the step to the end, as the
+// step beside sleepers was.
 const Simulation::Solve& Simulation::whole() const {
   if (!last_.beside_sleepers) return last_.solve;
   const std::lock_guard lock(whole_->reading);
   if (!whole_->solve.problem) {
-    Simulation again(model_, options_);
+    SimulationOptions options = options_;
+    options.budget = infinity;
+    Simulation again(model_, options);
     again.state_ = last_.before;
     again.step();
     whole_->solve = again.last_.solve;

@@ -4,8 +4,8 @@
 // nothing changes this part and no other body comes near. So there is no tolerance, and nothing drifts.
 //
 // Some rules of a step depend on the whole scene. Those for closed contacts depend on the number of contacts
-// and on the deepest overlap. Sleepers keep their part. If a step
-// corrects positions, misses its tolerance or applies another rule, all wake and the step is made again.
+// and on the deepest overlap. Sleepers keep their part. If a step corrects positions, misses its tolerance or
+// applies another rule, all wake and the step is made again.
 //
 // Bodies with joints, tendons, drives of their own or bonds do not fall asleep: their rows depend on more.
 //

@@ -129,10 +129,10 @@ struct JointOptions {
   // m/s: overlaps of limits that this speed closes within the step are closed, as those of contacts are
   // (HeldStep). A joint that rests at its limit then stays there whichever side it is moved to.
   double closing = 0;
-  // m/s, as recovery_speed, of joints that close loops of trees. All errors of a loop are theirs, and a pose
-  // in which its bars lie in one line magnifies them. So they are removed in each step, not when they are
-  // large.
-  double closing_speed = 0;
+  // m/s, as recovery_speed, of rows on bodies of trees: those of joints that close loops. All errors of a
+  // loop are theirs, and a pose in which its bars lie in one line magnifies them. So they are removed in each
+  // step, not when they are large.
+  double loop_speed = 0;
   double last() const { return 2 * kick - h; }  // s, of the step before; 0: none
 };
 
