@@ -18,11 +18,12 @@ from tempfile import TemporaryDirectory
 
 import matplotlib.pyplot as plt
 import numpy as np
-import report
 from amontons.report.figures import STYLES
 from beside import figure as engines
 from common import EXAMPLES, FIGURES, ROOT, TABLES, shrink
 from matplotlib.ticker import LogLocator, NullFormatter
+from targets import PROFILE_KEYS, ratio
+from views import Results
 
 Row = dict[str, str]
 LINES = {"amontons, 1e-6": ("#c1272d", "o", "-"), "amontons, 1e-3": ("#e58a8d", "v", "-"),
@@ -73,11 +74,11 @@ def growth(rows: Sequence[Row], path: Path) -> None:
 
 def profile(rows: Sequence[Row], path: Path) -> None:
     """For each method the share of all solves that anyone does within a multiple of the fastest time."""
-    methods = [key for key in rows[0] if key not in report.PROFILE_KEYS] + ["auto"]
+    methods = [key for key in rows[0] if key not in PROFILE_KEYS] + ["auto"]
     solved = [row for row in rows if any(row[method] for method in methods)]
     plt.figure(figsize=(6.5, 4), layout="constrained")
     for method in methods:
-        ratios = np.sort([report.ratio(row, method, methods) for row in solved])
+        ratios = np.sort([ratio(row, method, methods) for row in solved])
         ratios = ratios[np.isfinite(ratios)]
         share = np.arange(1, len(ratios) + 1) / max(1, len(solved))
         colour, line = STYLES[method]
@@ -120,7 +121,7 @@ RUNS: dict[str, Callable[[Path], None]] = {"convergence": convergence, "arch": a
 
 def draw(folder: Path, figures: Path, only: Sequence[str] = ()) -> None:
     """What the tables of the folder show, and what is asked for by name."""
-    results = report.Results(folder)
+    results = Results(folder)
     for name, view in VIEWS.items():
         if name in (only or VIEWS) and results[name]:
             view(results[name], figures / f"{name}.png")

@@ -28,7 +28,8 @@ from beside.engine import engines as installed
 from beside.plain import Unsupported
 from beside.scenes import plain
 from common import SAMPLE, arguments, tracked, use_one_core, with_folders, write_csv
-from report import exponent, grouped
+from engine_views import exponent
+from views import grouped
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""

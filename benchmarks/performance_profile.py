@@ -25,7 +25,7 @@ from typing import Any
 
 import amontons
 import numpy as np
-import report
+import targets
 from common import SAMPLE, TABLES, arguments, read_csv, tracked, use_one_core, with_folders, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
@@ -135,10 +135,10 @@ def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[
 def summary(table: list[Row], half: str) -> str:
     """How near `auto` comes to the best method, from the rows of `wide`."""
     part = [row for row in table if row["half"] == half]
-    methods, feasible = report.feasible(table, half)
+    methods, feasible = targets.feasible(table, half)
     if not feasible:
         return f"profile, {half}: nothing"
-    ratios = np.array([report.ratio(row, "auto", methods) for row in feasible])
+    ratios = np.array([targets.ratio(row, "auto", methods) for row in feasible])
     alone = sum(bool(row["auto"]) for row in part) - int(np.isfinite(ratios).sum())
     return (
         f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: "

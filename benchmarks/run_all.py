@@ -29,8 +29,11 @@ from pathlib import Path
 from time import perf_counter
 
 import figures
-import report
 from common import DATA, ROOT, TABLES, arguments, processor, read_csv, with_folders, write_csv
+from measured_views import AGAINST
+from report import renew_documents
+from targets import targets
+from views import Results
 
 HERE = Path(__file__).resolve().parent
 PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
@@ -77,7 +80,7 @@ PARTS = (
          ("scenes_forms",), 10, out=True),
     Part("large", ("robots.py", "--fall", "--trees", "both", "--limit", "10"), ("robots_large",), 10),
     program("orders"),
-    program("measurements", *(f"measured_{name}" for name in report.AGAINST), limit=20),
+    program("measurements", *(f"measured_{name}" for name in AGAINST), limit=20),
     Part("pictures", ("figures.py", "--only", "convergence", "arch"), (), 10),
     program("physics", limit=30),
     Part("step_work", ("step_work.py", "--only", *COUNTED, "--steps", "20"), ("step_work",), 90,
@@ -206,8 +209,8 @@ def main() -> int:
     except (KeyError, IndexError, ValueError) as error:
         failed.append(f"figures ({error!r})")
     if options.complete:
-        failed += report.renew_documents(options.out)
-    print(report.targets(report.Results(options.out)))
+        failed += renew_documents(options.out)
+    print(targets(Results(options.out)))
     print(f"{perf_counter() - start:.0f} s in all", *(f"FAILED: {line}" for line in failed), sep="\n")
     return bool(failed)
 

@@ -1,0 +1,112 @@
+"""Numbers, tables and results: what the views of the documents are made of (report.py)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from common import ORIGINS, read_csv
+
+Row = dict[str, str]
+Rows = list[Row]
+Spec = str | Callable[[Row], str]
+"""A cell: a function of the row, or a column with a format behind a space: one of `format`, "ms" for seconds
+in ms, "x1e3" for two digits of the value times 1e3, "~3" for three digits of a number and texts as they
+are."""
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; columns after the first are aligned to the right."""
+    lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def milliseconds(seconds: str | float) -> str:
+    """Three digits, whole milliseconds from 100 on; nothing for a blank."""
+    if seconds == "":
+        return ""
+    value = 1e3 * float(seconds)
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
+
+
+def power(text: str) -> str:
+    """A number with a short power of ten: 1e-6 for 1e-06."""
+    return re.sub(r"e([+-])0*(\d)", lambda found: f"e{found[1].strip('+')}{found[2]}", text)
+
+
+def level(tolerance: str | float) -> str:
+    """A power of ten."""
+    return power(f"{float(tolerance):.0e}")
+
+
+def scientific(value: str | float) -> str:
+    """Two digits; a power of ten below a hundredth and from a million on."""
+    if value == "":
+        return ""
+    usual = float(value) == 0 or 1e-2 <= abs(float(value)) < 1e6
+    return digits(str(value), 1) if usual else power(f"{float(value):.1e}")
+
+
+def digits(value: str, scale: float) -> str:
+    """Two digits, whole numbers from 10 to a million."""
+    number = scale * float(value)
+    return f"{number:.0f}" if 10 <= number < 1e6 else power(f"{number:.2g}")
+
+
+def short(value: str, places: int = 3) -> str:
+    """A number with so many digits, whole from there to a million; a text as it is."""
+    try:
+        number = float(value)
+    except ValueError:
+        return value
+    return f"{number:.0f}" if 10**places <= abs(number) < 1e6 else power(f"{number:.{places}g}")
+
+
+def cell(row: Row, spec: Spec) -> str:
+    if callable(spec):
+        return spec(row)
+    key, _, how = spec.partition(" ")
+    value = row[key]
+    if not how or value == "":
+        return value
+    if how in ("ms", ".1e"):
+        return milliseconds(value) if how == "ms" else scientific(value)
+    if how[0] in "x~":
+        return digits(value, float(how[1:])) if how[0] == "x" else short(value, int(how[1:]))
+    return power(format(float(value), how))
+
+
+def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
+    """A table with a line per row: the header of each column, and its cell."""
+    return table(tuple(columns), [[cell(row, spec) for spec in columns.values()] for row in rows])
+
+
+def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[tuple[str, ...], list[dict[str, Any]]]:
+    """The rows by their values of these columns, in the order in which they come."""
+    groups: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return groups
+
+
+class Results:
+    """The CSV files of a folder by name, with their origins."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.beside = folder, folder.parent / "beside"
+        self.environment = {row["key"]: row["value"] for row in self["environment"]}
+        self.origins = {row["table"]: row for at in (folder, self.beside) for row in read_csv(at / ORIGINS)}
+
+    def __getitem__(self, name: str) -> Rows:
+        return read_csv((self.beside if name in ("beside", "solvers") else self.folder) / f"{name}.csv")
+
+    def origin(self, *names: str) -> str:
+        """The revision, the date and the processor of each of these tables."""
+        known = [self.origins[f"{name}.csv"] for name in names if f"{name}.csv" in self.origins]
+        columns = ("date", "processor")
+        return "; ".join(
+            ", ".join((f"`{o['table']}`: revision {o['revision']}", *(o[c] for c in columns if o[c])))
+            for o in known
+        )
