@@ -33,15 +33,15 @@ FEW = 4
 LONG, SHORT = 10.0, 2e-3
 """A step stalls above so many medians, if it takes longer than this (s)."""
 DIRECT = ("elimination", "warm start", "none")
-"""Methods of the report that leave nothing to the race."""
+"""Methods of the report that leave nothing to the order of methods."""
 COLUMNS = (
     "case", "control", "trees", "steps", "contacts", "most_contacts", "mujoco_contacts", "joint_rows",
     "factorizations", "factorizations_90", "factorizations_mean", "most_factorizations", "above_few",
-    "products_mean", "most_products", "missed", "stalled", "raced", "methods", "step", "longest",
+    "products_mean", "most_products", "missed", "stalled", "ordered", "methods", "step", "longest",
     "solve_share", "solve", "mujoco_step", "ratio", "ratio_of_run",
 )  # fmt: skip
 """Contacts, factorisations, step, solve and mujoco_step (s) are medians; above_few: share of steps (%);
-raced: steps that a method of the race ended."""
+ordered: steps that a method of the order ended."""
 Row = dict[str, Any]
 
 
@@ -108,7 +108,7 @@ def facts(steps: list[Row]) -> Row:
 
     times, theirs, factored = of("time"), of("theirs"), of("factorizations")
     usual = float(np.median(of("time", steps)))
-    raced = [s["method"] for s in steps if s["method"] not in DIRECT]
+    ordered = [s["method"] for s in steps if s["method"] not in DIRECT]
     return {
         "steps": len(steps), "contacts": np.median(of("contacts")), "most_contacts": of("contacts").max(),
         "mujoco_contacts": np.median(of("mujoco_contacts")), "joint_rows": np.median(of("joint_rows")),
@@ -116,8 +116,8 @@ def facts(steps: list[Row]) -> Row:
         "factorizations_mean": factored.mean(), "most_factorizations": factored.max(),
         "above_few": 100 * np.mean(factored > FEW), "products_mean": of("products").mean(),
         "most_products": of("products").max(), "missed": int(of("missed", steps).sum()),
-        "stalled": int(np.sum(of("time", steps) > max(LONG * usual, SHORT))), "raced": len(raced),
-        "methods": ", ".join(f"{n} {count}" for n, count in sorted(Counter(raced).items())),
+        "stalled": int(np.sum(of("time", steps) > max(LONG * usual, SHORT))), "ordered": len(ordered),
+        "methods": ", ".join(f"{n} {count}" for n, count in sorted(Counter(ordered).items())),
         "step": np.median(times), "longest": of("time", steps).max(),
         "solve_share": of("solve").sum() / of("wall").sum(), "solve": np.median(of("solve")),
         "mujoco_step": np.median(theirs),
@@ -136,6 +136,6 @@ def sums(found: list[Row]) -> Iterator[str]:
     yield f"step beside MuJoCo's: median {np.median(ratios):.2f}, ninth decile {most:.2f}"
     whole = sum(row["factorizations_mean"] * row["steps"] for row in found)
     yield f"factorisations in all: {whole:.0f}"
-    for key, what in {"missed": "missed", "stalled": "stalled", "raced": "left to the race"}.items():
+    for key, what in {"missed": "missed", "stalled": "stalled", "ordered": "left to the order"}.items():
         names = [f"{row['case']} ({row['control']}, {row['trees']}) {row[key]}" for row in found if row[key]]
         yield f"steps {what}: {sum(row[key] for row in found)}" + (f": {', '.join(names)}" if names else "")
