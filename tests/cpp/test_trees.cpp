@@ -233,7 +233,7 @@ TEST(products_by_halves_are_those_over_bodies) {
 }
 
 // W of islands whose rows reach some of the coordinates of their bodies. Breaks when a coordinate that no row
-// reaches is taken for one: its range of rows is empty, and the sanitizer sees a write before the matrix.
+// reaches is taken for one, or a row for one of another place.
 TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
   OddTrees t;
   JointContexts joints;

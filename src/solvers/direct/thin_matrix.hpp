@@ -20,7 +20,7 @@ struct ThinMatrix {
 
   bool empty() const { return n == 0; }
   std::size_t rows() const { return E.size(); }
-  const double* row(std::size_t i) const { return &Y[stride * i]; }
+  const double* row(std::size_t i) const { return Y.data() + stride * i; }
 
   // Room for m rows over n coordinates, all zero.
   void resize(std::size_t coordinates, std::size_t m);

@@ -1,8 +1,5 @@
-// A of an island as Y'Y + E. Y has one row per coordinate of a tree and six per free body. Row k has entries
-// in the columns of those rows of the problem whose bodies lie beyond coordinate k. Sorted by the last
-// coordinate that moves one of their bodies, and with coordinates numbered depth first, these columns are a
-// range with few gaps. For a robot with four legs the product then costs little more than that of each leg
-// alone. Rows of Y go to the kernel in sixes, with the hull of their ranges.
+// Y of an island has the coordinates that its rows reach. Blocks are sorted by the last coordinate that moves
+// one of their bodies, so that rows beside each other reach the same ones.
 //
 // Everything is formed again in each step: only memory is kept.
 #include "solvers/direct/tree_reduction.hpp"
@@ -81,12 +78,10 @@ bool TreeReduction::all_small(const Problem& problem, std::size_t most_rows) {
   });
 }
 
-// Ranges are empty between islands: add_products() clears those that an island has used.
 void TreeReduction::factor(const Problem& problem) {
   if (islands_.size() < count_) islands_.resize(count_);
   held_.resize(count_);
-  range_.assign(trees_->coordinates() + 6 * free_count_, Range{~std::size_t{0}, 0});
-  compact_.assign(range_.size(), -1);
+  compact_.assign(trees_->coordinates() + 6 * free_count_, -1);
   work_ = 0;
   for (std::size_t first = 0, i = 0; i < count_; ++i) {
     std::size_t last = first;
@@ -107,7 +102,7 @@ static bool is_thin(std::size_t m, std::size_t n) {
   return n > 0 && by_rates < by_rows;
 }
 
-// Sets, P and rows of an island, then W in the form that takes fewer multiplications.
+// Sets, P and rows of an island, then W.
 void TreeReduction::fill_island(const Problem& problem, std::size_t number, std::size_t first,
                                 std::size_t last) {
   Reduction::Island& island = islands_[number];
@@ -128,10 +123,7 @@ void TreeReduction::fill_island(const Problem& problem, std::size_t number, std:
       island.add(problem, b);
   }
   find_used(problem, first, last);
-  if (is_thin(island.row.size(), used_.size()))
-    fill_thin(problem, held, island, first, last);
-  else
-    fill_dense(problem, held, island, first, last);
+  fill_matrix(problem, held, island, first, last);
   for (const std::size_t k : used_) compact_[k] = -1;
 }
 
@@ -187,46 +179,63 @@ void TreeReduction::visit_rows(const Problem& problem, std::size_t first, std::s
   }
 }
 
-// The first column of a coordinate begins its range; columns come in ascending order.
-void TreeReduction::fill_dense(const Problem& problem, Held& held, Reduction::Island& island,
-                               std::size_t first, std::size_t last) {
-  const std::size_t m = row_.size();
+// W in the form that takes fewer multiplications. Bilateral rows would be active in every Newton step. They
+// are taken out once instead: with A_ff = Y_f'Y_f + E_f = U'U and y = U^-T b_f
+//
+//   by rows    Z = U^-T Y_f'Y_c,   W = Y_c'Y_c + E_c - Z'Z,                       q = b_c - Z'y,
+//   in factors V = U^-T Y_f',      W = Y_c'Q Y_c + E_c,       Q = 1 - V'V,        q = b_c - Y_c'V'y.
+void TreeReduction::fill_matrix(const Problem& problem, Held& held, Reduction::Island& island,
+                                std::size_t first, std::size_t last) {
+  const std::size_t n = used_.size(), f = held.row.size(), c = island.row.size();
+  const bool thin = is_thin(c, n);
+  held.stride = (f + (thin ? n : c) + 1 + lanes - 1) / lanes * lanes;
+  held.factor.assign((f + std::max(thin ? 0 : c, group)) * held.stride + lanes, 0.0);
   island.thin.n = 0;
-  A_.assign(m * m, 0.0);
-  stride_ = (m + lanes - 1) / lanes * lanes;
-  // Rows of Y that the island does not reach are not read: an island of many trees would clear those of all.
-  Y_.resize(range_.size() * stride_ + group * stride_ + lanes);
-  for (const std::size_t k : used_) std::fill_n(&Y_[k * stride_], stride_, 0.0);
-  std::size_t present = 0;
-  visit_rows(
-      problem, first, last,
-      [&](std::size_t column, double E) {
-        present = column;
-        A_[(m + 1) * column] = E;
-      },
-      [&present, ranges = range_.data(), Y = Y_.data(), stride = stride_](std::size_t coordinate,
-                                                                          double value) {
-        Range& range = ranges[coordinate];
-        if (range.first > range.last) range.first = present;
-        range.last = present + 1;
-        Y[coordinate * stride + present] = value;
-      });
-  add_products();
-  eliminate(problem, held, island);
+  island.W.resize(thin ? 0 : c * c);
+  if (thin)
+    fill_thin(problem, held, island.thin, c, first, last);
+  else
+    fill_dense(problem, held, island.W, c, first, last);
+  for (std::size_t i = 0; i < f; ++i)
+    held.factor[held.stride * i + f + (thin ? n : c)] = problem.b[held.row[i]];
+  factor_held(held, thin ? n : c);
+  take_held(held, island);
 }
 
-// Bilateral rows would be active in every Newton step. They are taken out once instead, as in eliminate(),
-// but on the side of the coordinates: what they leave there is Q.
-//
-// Y is stored by rows of the problem. With the factor U of A_ff, V = U^-T Y_f and y = U^-T b_f (eliminate()),
-//
-//   W = Y_c'Q Y_c + E_c,   Q = 1 - V'V,   q = b_c - Y_c'V'y.
-void TreeReduction::fill_thin(const Problem& problem, Held& held, Reduction::Island& island,
+// Y by coordinates, with the columns of f before those of c. Six coordinates at a time make the upper half of
+// A = Y'Y + E. Its first rows are A_ff and A_fc, and the others W.
+// W leaves before the elimination, because rows of zeros take its place (take_held()). Sums along rows of Y
+// took 1.4 times the instructions of a solve (measured on 851bb0b8). These products pass over the columns of
+// other legs or arms.
+void TreeReduction::fill_dense(const Problem& problem, Held& held, std::vector<double>& W, std::size_t c,
+                               std::size_t first, std::size_t last) {
+  const std::size_t f = held.row.size(), m = f + c, stride = held.stride;
+  Y_.assign((used_.size() + group) * stride, 0.0);
+  double* A = held.factor.data();
+  std::size_t at = 0;
+  visit_rows(
+      problem, first, last,
+      [&](std::size_t column, double compliance) {
+        const std::ptrdiff_t place = row_[column];
+        at = place < 0 ? static_cast<std::size_t>(-1 - place) : f + static_cast<std::size_t>(place);
+        A[(stride + 1) * at] = compliance;
+      },
+      [&at, stride, Y = Y_.data(), place = compact_.data()](std::size_t coordinate, double value) {
+        Y[stride * static_cast<std::size_t>(place[coordinate]) + at] = value;
+      });
+  for (std::size_t k = 0; k < used_.size(); k += group)
+    AMONTONS_DISPATCH(add_gram, A, stride, &Y_[stride * k], stride, m, 1);
+  work_ += static_cast<double>(m * m * used_.size() / 2);
+  for (std::size_t i = 0; i < c; ++i) std::copy_n(A + stride * (f + i) + f, c, &W[c * i]);
+  std::fill_n(A + f * stride, group * stride, 0.0);
+}
+
+// Y by rows of the problem, as all products with W in factors run along the coordinates of one row. U takes
+// the rows of Y_f with it, and turns them into V.
+void TreeReduction::fill_thin(const Problem& problem, Held& held, ThinMatrix& W, std::size_t c,
                               std::size_t first, std::size_t last) {
-  ThinMatrix& W = island.thin;
   const std::size_t n = used_.size(), f = held.row.size();
-  island.W.clear();
-  W.resize(n, island.row.size());
+  W.resize(n, c);
   const std::size_t stride = W.stride;
   std::vector<double>&Yf = Y_, &E = work_row_;
   Yf.assign(f * stride, 0.0);
@@ -243,42 +252,42 @@ void TreeReduction::fill_thin(const Problem& problem, Held& held, Reduction::Isl
       [&to, place = compact_.data()](std::size_t coordinate, double value) {
         to[place[coordinate]] = value;
       });
-  if (f == 0) return;
-  start_held(held, n);
   for (std::size_t i = 0; i < f; ++i) {
-    double* own = &held.factor[held.stride * i];
-    AMONTONS_DISPATCH(add_row_products, own, Yf.data(), &Yf[stride * i], i + 1, stride);
+    double *own = &held.factor[held.stride * i], *Yi = &Yf[stride * i];
+    AMONTONS_DISPATCH(add_row_products, own + i, Yi, Yi, f - i, stride);
     own[i] += E[i];
+    std::copy_n(Yi, n, own + f);
   }
-  for (std::size_t i = 0; i < f; ++i) {
-    double* own = &held.factor[held.stride * i];
-    for (std::size_t j = i + 1; j < f; ++j) own[j] = held.factor[held.stride * j + i];
-    std::copy_n(&Yf[stride * i], n, own + f);
-    own[f + n] = problem.b[held.row[i]];
+}
+
+// W and q, or Q and q, from U, Z or V, and y. Both forms have the same rows: U, then Z or V, then y. Their
+// products are those of six rows at a time, and rows of zeros follow the last one.
+void TreeReduction::take_held(const Held& held, Reduction::Island& island) {
+  ThinMatrix& W = island.thin;
+  const bool thin = !W.empty();
+  const std::size_t f = held.row.size();
+  const std::size_t width = thin ? W.n : island.rows(), stride = thin ? W.stride : width;
+  std::vector<double>&matrix = thin ? W.Q : island.W, &t = work_row_;
+  if (thin && f > 0) {
+    matrix.assign(width * stride, 0.0);
+    for (std::size_t k = 0; k < width; ++k) matrix[(stride + 1) * k] = 1;
   }
-  factor_held(held, n);
-  W.Q.assign(n * stride, 0.0);
-  for (std::size_t k = 0; k < n; ++k) W.Q[(stride + 1) * k] = 1;
   for (std::size_t k = 0; k < f; k += group)
-    AMONTONS_DISPATCH(add_gram, W.Q.data(), stride, &held.factor[held.stride * k + f], held.stride, n, -1);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < i; ++k) W.Q[stride * i + k] = W.Q[stride * k + i];
-  std::vector<double>& t = work_row_;
+    AMONTONS_DISPATCH(add_gram, matrix.data(), stride, &held.factor[held.stride * k + f], held.stride, width,
+                      -1);
+  if (!matrix.empty())
+    for (std::size_t i = 0; i < width; ++i)
+      for (std::size_t k = 0; k < i; ++k) matrix[stride * i + k] = matrix[stride * k + i];
+  if (f == 0) return;
   t.assign(stride, 0.0);
   for (std::size_t k = 0; k < f; ++k) {
     const double* own = &held.factor[held.stride * k];
-    for (std::size_t j = 0; j < n; ++j) t[j] -= own[f + n] * own[f + j];
+    for (std::size_t j = 0; j < width; ++j) t[j] -= own[f + width] * own[f + j];
   }
-  AMONTONS_DISPATCH(add_row_products, island.q.data(), W.Y.data(), t.data(), W.rows(), stride);
-}
-
-// Both forms keep the same rows: the upper half of U, then Z or V, then y. recover() and correct() read them.
-//
-// Room for the factor of f rows with `width` columns beside them, and b.
-void TreeReduction::start_held(Held& held, std::size_t width) {
-  const std::size_t f = held.row.size();
-  held.stride = (f + width + 1 + lanes - 1) / lanes * lanes;
-  held.factor.assign((f + group) * held.stride + lanes, 0.0);
+  if (thin)
+    AMONTONS_DISPATCH(add_row_products, island.q.data(), W.Y.data(), t.data(), W.rows(), stride);
+  else
+    for (std::size_t j = 0; j < width; ++j) island.q[j] += t[j];
 }
 
 // A row of the factor is complete before it leaves the rows below it, so that a single loop over whole rows
@@ -301,46 +310,6 @@ void TreeReduction::factor_held(Held& held, std::size_t width) {
     }
   }
   work_ += static_cast<double>(f * (f + 3 * width) * (f + width) / 6);
-}
-
-// Cholesky's method, stopped after the rows of f. With the bilateral rows first,
-//
-//   A = (A_ff A_fc; A_cf A_cc),   A_ff = U'U,   Z = U^-T A_fc,   W = A_cc - Z'Z,
-//
-// b is one more column: y = U^-T b_f and q = b_c - Z'y. The products with columns of c are summed at the end,
-// six rows at a time.
-void TreeReduction::eliminate(const Problem& problem, Held& held, Reduction::Island& island) {
-  const std::size_t m = row_.size();
-  order_.clear();
-  for (std::size_t i = 0; i < m; ++i)
-    if (row_[i] < 0) order_.push_back(i);
-  for (std::size_t i = 0; i < m; ++i)
-    if (row_[i] >= 0) order_.push_back(i);
-  const std::size_t f = held.row.size(), c = m - f;
-  const auto entry = [this, m, order = order_.data()](std::size_t i, std::size_t j) {
-    const std::size_t a = order[i], b = order[j];
-    return A_[a < b ? m * a + b : m * b + a];
-  };
-  island.W.resize(c * c);
-  for (std::size_t i = 0; i < c; ++i)
-    for (std::size_t j = i; j < c; ++j) island.W[c * i + j] = entry(f + i, f + j);
-  if (f > 0) {
-    start_held(held, c);
-    for (std::size_t i = 0; i < f; ++i) {
-      double* to = &held.factor[held.stride * i];
-      for (std::size_t j = i; j < m; ++j) to[j] = entry(i, j);
-      to[m] = problem.b[held.row[i]];
-    }
-    factor_held(held, c);
-    for (std::size_t k = 0; k < f; ++k) {
-      const double* own = &held.factor[held.stride * k];
-      for (std::size_t j = 0; j < c; ++j) island.q[j] -= own[m] * own[f + j];
-    }
-    for (std::size_t k = 0; k < f; k += group)
-      AMONTONS_DISPATCH(add_gram, island.W.data(), c, &held.factor[held.stride * k + f], held.stride, c, -1);
-  }
-  for (std::size_t r = 0; r < c; ++r)
-    for (std::size_t k = 0; k < r; ++k) island.W[c * r + k] = island.W[c * k + r];
 }
 
 // The impulses of bilateral rows that hold exactly for those of the other rows, as in Reduction::recover():
@@ -408,32 +377,6 @@ void TreeReduction::put_free(const Bodies& bodies, Index body, const std::array<
   double own[6];
   times_root(j, std::sqrt(bodies.inverse_mass[body]), semidefinite_root(bodies.inverse_inertia[body]), own);
   for (std::size_t k = 0; k < 6; ++k) put(at + k, own[k]);
-}
-
-// The upper half of A += Y'Y, six coordinates with neighbouring ranges at a time. Coordinates that no row of
-// the island reaches are left out; the others ascend, which makes their ranges neighbours.
-void TreeReduction::add_products() {
-  const std::size_t m = row_.size();
-  for (std::size_t at = 0; at < used_.size(); at += group) {
-    const std::size_t end = std::min(used_.size(), at + group);
-    Range hull{~std::size_t{0}, 0};
-    for (std::size_t i = at; i < end; ++i) {
-      hull.first = std::min(hull.first, range_[used_[i]].first);
-      hull.last = std::max(hull.last, range_[used_[i]].last);
-    }
-    const std::size_t size = hull.last - hull.first;
-    // Consecutive coordinates lie in consecutive rows of Y; others, and a remainder, are gathered.
-    const double* rows = &Y_[used_[at] * stride_ + hull.first];
-    if (end - at < group || used_[end - 1] - used_[at] != group - 1) {
-      six_.assign(group * stride_ + lanes, 0.0);
-      for (std::size_t i = at; i < end; ++i)
-        std::copy_n(&Y_[used_[i] * stride_ + hull.first], size, &six_[(i - at) * stride_]);
-      rows = six_.data();
-    }
-    AMONTONS_DISPATCH(add_gram, &A_[(m + 1) * hull.first], m, rows, stride_, size, 1);
-    work_ += static_cast<double>(size * size * group / 2);
-  }
-  for (const std::size_t k : used_) range_[k] = {~std::size_t{0}, 0};
 }
 
 }  // namespace amontons

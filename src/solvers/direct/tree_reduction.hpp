@@ -11,9 +11,8 @@ namespace amontons {
 //   u = A x + b,   A = D M^-1 D' + E = Y'Y + E,   Y = M^-1/2 D'
 //
 // with M^-1/2 = D^-1/2 L^-T J' on trees. An island is a set of trees and free bodies that rows connect. A
-// column of Y is nonzero only on the way from its bodies to the root. Columns are sorted by their place in
-// the tree, so that each row of Y has a narrow range. Bilateral rows (f: loops, couplings, servos) leave the
-// other rows (c) as in Reduction, here by Cholesky's method on the rows of f:
+// column of Y is nonzero only on the way from its bodies to the root. Bilateral rows (f: loops, couplings,
+// servos) leave the other rows (c) as in Reduction, here by Cholesky's method on the rows of f:
 //
 //   A_ff = U'U,   (Z y) = U^-T (A_fc b_f),   W = A_cc - Z'Z,   q = b_c - Z'y,   U x_f = -(y + Z x_c).
 class TreeReduction {
@@ -42,10 +41,6 @@ class TreeReduction {
     std::vector<double> factor;
     std::size_t stride = 0;
   };
-  // A row of Y within an island: nonzero columns [first, last).
-  struct Range {
-    std::size_t first, last;
-  };
 
   bool all_small(const Problem& problem, std::size_t most_rows);
   bool is_free(Index body) const { return body >= 0 && free_number_[body] >= 0; }
@@ -58,36 +53,32 @@ class TreeReduction {
   template <class Begin, class Put>
   void visit_rows(const Problem& problem, std::size_t first, std::size_t last, const Begin& begin,
                   const Put& put) const;
-  void fill_dense(const Problem& problem, Held& held, Reduction::Island& island, std::size_t first,
-                  std::size_t last);
-  void fill_thin(const Problem& problem, Held& held, Reduction::Island& island, std::size_t first,
+  void fill_matrix(const Problem& problem, Held& held, Reduction::Island& island, std::size_t first,
+                   std::size_t last);
+  void fill_dense(const Problem& problem, Held& held, std::vector<double>& W, std::size_t c,
+                  std::size_t first, std::size_t last);
+  void fill_thin(const Problem& problem, Held& held, ThinMatrix& W, std::size_t c, std::size_t first,
                  std::size_t last);
-  void start_held(Held& held, std::size_t width);
+  void take_held(const Held& held, Reduction::Island& island);
   void factor_held(Held& held, std::size_t width);
   template <class Put>
   void put_free(const Bodies& bodies, const JacobianRow& row, const Put& put) const;
   template <class Put>
   void put_free(const Bodies& bodies, Index body, const std::array<double, 6>& j, const Put& put) const;
-  void add_products();
-  void eliminate(const Problem& problem, Held& held, Reduction::Island& island);
 
   const Linkage* trees_ = nullptr;
   std::vector<Index> free_number_;  // per body: its number among free bodies that move, else -1
   std::size_t free_count_ = 0;
   // Their places: the last coordinate that moves one of their bodies; free bodies come after trees.
   std::vector<IslandBlock> blocks_;
-  std::size_t count_ = 0, stride_ = 0;
+  std::size_t count_ = 0;
   std::vector<Reduction::Island> islands_;
   std::vector<Held> held_;
-  // A of the present island, and per column its place among the rows of c: -1 - place if it is in f.
-  std::vector<double> A_;
+  // Per row of the present island its place among the rows of c: -1 - place if it is in f.
   std::vector<std::ptrdiff_t> row_;
-  std::vector<std::size_t> order_;
-  std::vector<double> work_row_, pivot_;
-  std::vector<Range> range_;       // per coordinate, then six per free body
   std::vector<std::size_t> used_;  // coordinates that rows of this island reach, ascending
-  std::vector<Index> compact_;     // per coordinate: its place in used_, -1 elsewhere
-  std::vector<double> Y_, six_;
+  std::vector<Index> compact_;     // per coordinate, then six per free body: its place in used_, -1 elsewhere
+  std::vector<double> Y_, work_row_, pivot_;
   double work_ = 0;
 };
 

@@ -324,12 +324,17 @@ void multiply_six_rows(const double* X, double* rows, std::size_t n) {
   }
 }
 
-// The upper half only: column i of Y with columns i to n.
+// The upper half only: column i of Y with columns i to n. Rows of Y have entries where bodies lie beyond
+// their coordinates: other columns are passed over.
 void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s) {
   for (std::size_t i = 0; i < n; ++i) {
     double f[6];
-    for (int k = 0; k < 6; ++k) f[k] = s * Y[k * stride + i];
-    add_rows(W + m * i + i, f, Y + i, stride, n - i);
+    bool zero = true;
+    for (int k = 0; k < 6; ++k) {
+      f[k] = s * Y[k * stride + i];
+      zero = zero && f[k] == 0;
+    }
+    if (!zero) add_rows(W + m * i + i, f, Y + i, stride, n - i);
   }
 }
 
