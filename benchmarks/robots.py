@@ -20,17 +20,13 @@ Columns of robots.csv:
 - energy_gain: largest excess of the energy of a step (kinetic with armatures, gravity, springs) over the
   energy of the last step plus the work of motors and moving surfaces. Blank where kinematic bodies drive,
   or where soft contacts and tendons store energy. energy_gain_relative: the larger of this and of
-  energy_balance over weight times Model.length plus the largest kinetic energy. energy_lift: energy (J)
-  that the correction of positions adds for bodies that start inside each other or beyond their limits.
-  energy_rise: above the lowest value.
+  energy_balance over weight times Model.length plus the largest kinetic energy.
 - joint_error: largest after the first 0.2 s; angles are multiplied by Model.length.
 - free: largest distance of bases and end effectors from MuJoCo's after 0.5 s at 2 ms, rotations times
   Model.length added. Contacts, limits and dry friction are off on both sides; equalities are closed at the
   start. All joints have an initial velocity and all actuators a control. MuJoCo uses its implicit
   integrator at 0.25 ms. free_in_errors: over the error of the step, the larger of ours (twice the change
   when the step is halved) and MuJoCo's.
-- motion: the same with contacts, limits and MuJoCo's integrator as in the file, both at 2 ms. Falling
-  robots are chaotic, so this is not expected to be small.
 - step_median, longest_in_medians: processor time of a step, or its wall-clock time in a second run,
   whichever is shorter. longest, longest_again: that processor time and that wall-clock time.
 - keyframe_in_lengths: largest distance of bodies and links from MuJoCo's. keyframe_missed_percent: in 0.1
@@ -77,8 +73,8 @@ COLUMNS = (
     "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
     "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
     "missed_percent", "residual", "penetration_start", "penetration", "joint_error", "joint_error_relative",
-    "energy_gain", "energy_balance", "energy_gain_relative", "energy_rise", "energy_lift", "free",
-    "free_error", "free_in_errors", "free_time", "free_kicked", "motion", "motion_time", "compared",
+    "energy_gain", "energy_balance", "energy_gain_relative", "free",
+    "free_error", "free_in_errors", "free_time", "free_kicked", "compared",
     "step_median", "longest_in_medians", "longest", "longest_again", "keyframes", "keyframe_error",
     "keyframe_in_lengths", "keyframe_missed_percent", "keyframes_failed", "driven", "driven_time",
     "driven_missed_percent", "driven_residual", "driven_joint_error", "driven_gain", "driven_gain_relative",

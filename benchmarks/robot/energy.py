@@ -62,7 +62,7 @@ class Energy:
         self.centres = np.array([b.centre_of_mass for b in model.bodies]).reshape(-1, 3)
         self.last: float | None = None
         self.stored = 0.0  # of gravity and springs (J)
-        self.gain, self.above, self.rise, self.largest, self.lift = 0.0, 0.0, 0.0, 0.0, 0.0
+        self.gain, self.largest = 0.0, 0.0
         self.told: float | None = None
 
     def storing(self, rates: Array) -> float:
@@ -99,11 +99,7 @@ class Energy:
         self.largest = max(self.largest, report.kinetic_energy)
         if self.last is not None:
             gain = energy - self.last - work - lift
-            self.lift = max(self.lift, lift)
             self.gain = max(self.gain, gain)
-            # How far it climbs above the lowest value so far: what many small gains add up to.
-            self.above = max(0.0, self.above + gain)
-            self.rise = max(self.rise, self.above)
         self.last = energy
         if hasattr(report, "energy_balance"):
             self.told = max(self.told or 0.0, report.energy_balance)
@@ -113,10 +109,8 @@ class Energy:
         gains = [gain for gain in (None if self.untold else self.gain, self.told) if gain is not None]
         return {
             "energy_gain": None if self.untold else self.gain,
-            "energy_rise": None if self.untold else self.rise,
             "energy_balance": self.told,
             "energy_gain_relative": max(gains) / scale if gains else None,
-            "energy_lift": self.lift,
         }
 
 

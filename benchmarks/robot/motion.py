@@ -197,10 +197,3 @@ def free_of_constraints(model: amontons.Model) -> amontons.Model:
     geoms = [replace(geom, category=0, mask=0) for geom in model.geoms]
     # Pairs with a material of their own touch whatever the masks say.
     return replace(model, joints=tuple(joints), tendons=tuple(tendons), geoms=tuple(geoms), pair_materials=())
-
-
-def as_it_is(model: amontons.Model, m: Any, ends: Ends, until: float) -> dict[str, Any]:
-    """From rest, with everything that the file has and MuJoCo's integrator as it says."""
-    ours = our_motion(model, ends, 1, until)
-    difference = ends.distances(ours, their_motion(m, ends, 1))
-    return {"motion_time": STEP * len(ours.positions), "motion": float(difference.max(initial=0.0))}

@@ -25,7 +25,7 @@ import amontons
 import mujoco
 
 from robot.energy import Energy
-from robot.motion import Ends, as_it_is, free_motion
+from robot.motion import Ends, free_motion
 from robot.trials import driven, joint_error, keyframes
 
 START = 0.2  # s, after which overlaps of the initial pose should be gone
@@ -73,7 +73,6 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
         return
     ends = Ends.of(model, theirs)
     yield free_motion(model, theirs, ends, start + 0.85 * options.limit)
-    yield as_it_is(model, theirs, ends, start + 0.95 * options.limit)
     yield {"compared": True}
 
 
