@@ -282,3 +282,20 @@ TEST(a_blow_is_followed_wherever_it_leads) {
     CHECK(std::max(c.geom_a, c.geom_b) == (struck == 59 ? 59 : static_cast<Index>(struck) + 1));
   }
 }
+
+// A ball on the end of an arm comes down along an arc, which its first contact does not foresee; a ball that
+// spins about its own centre keeps its one contact. Fails if the search in later poses passes over both.
+TEST(a_ball_that_a_turn_brings_down_is_followed) {
+  for (const double arm : {0.0, 0.3}) {
+    ModelDescription d;
+    d.geoms.push_back(geom_of(world, Plane{}));
+    d.bodies.push_back(body_at({0, 0, 0.101 - arm}));
+    d.geoms.push_back(geom_of(0, Sphere{0.1}, {0, 0, arm}));
+    Search s(d);
+    s.start[0].angular = {0, 20, 0};
+    s.find(s.start);
+    CHECK(s.contacts.size() == 1);
+    s.look_ahead(s.start);
+    CHECK(s.contacts.size() == (arm > 0 ? 2u : 1u));
+  }
+}

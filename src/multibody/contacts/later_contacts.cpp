@@ -73,12 +73,21 @@ struct ContactFinder::Later {
   Vec3 centre(Index body) const {
     return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
   }
+  // A sphere about the centre of mass of its body, which no turn of the body moves.
+  bool is_ball(const Geom& geom) const {
+    if (geom.body < 0 || !std::holds_alternative<Sphere>(geom.shape)) return false;
+    const BodyFrame& body = reach.bodies[geom.body];
+    return geom.frame.position == Vec3{} && body.pose.position == body.centre;
+  }
+  // A ball, or a convex shape of the world: turns do not bend the way of one past the other.
+  bool moves_straight(const Geom& geom) const {
+    return geom.body < 0 ? !is_static_only(geom.shape) || std::holds_alternative<Plane>(geom.shape)
+                         : is_ball(geom);
+  }
   Transform frame(const Geom& geom) const {
     if (geom.body < 0) return geom.frame;
     const BodyFrame& body = reach.bodies[geom.body];
-    if (std::holds_alternative<Sphere>(geom.shape) && geom.frame.position == Vec3{} &&
-        body.pose.position == body.centre)
-      return {centre(geom.body), body.pose.rotation};
+    if (is_ball(geom)) return {centre(geom.body), body.pose.rotation};
     std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
     if (!pose) pose = moved(body, reach.v[geom.body], t);
     return *pose * geom.frame;
@@ -102,25 +111,25 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
         of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
     match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape), keys, contacts, part.points,
                  part.matched);
-  } else {
-    if (part.points.size() != 1) return;
-    part.matched.assign(1, part.points[0]);
+  } else if (part.points.size() != 1) {
+    return;
   }
   const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    if (!part.matched[k]) continue;
+    if (rolls && !part.matched[k]) continue;
     const Vec3& normal = contacts[keys[k].contact].normal;
-    Middle middle{keys[k].contact, c.body_a, c.body_b, {}, {}, {}, {}};
-    touch_at(*part.matched[k], half.centre(c.body_a), half.centre(c.body_b), surface, middle);
+    Middle& middle = part.middles.emplace_back(Middle{keys[k].contact, c.body_a, c.body_b, {}, {}, {}, {}});
+    touch_at(rolls ? *part.matched[k] : part.points[0], half.centre(c.body_a), half.centre(c.body_b), surface,
+             middle);
     // A normal that turns with neither body belongs to an edge that came near. The neighbours decide whether
     // it is an internal edge.
     const auto stays = [&](const Transform& before, const Transform& then) {
       const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
       return norm_squared(carried - middle.normal) < same_normal * same_normal;
     };
-    if ((!has_edges(a.shape) && !has_edges(b.shape)) || stays(frames_[geom_a], frame_a) ||
-        stays(frames_[geom_b], frame_b))
-      part.middles.push_back(middle);
+    if ((has_edges(a.shape) || has_edges(b.shape)) && !stays(frames_[geom_a], frame_a) &&
+        !stays(frames_[geom_b], frame_b))
+      part.middles.pop_back();
   }
 }
 
@@ -143,12 +152,14 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
 // Whether a pair has a point deeper than the allowance in the later poses; its points there.
 //
 // Each threshold of find_overlaps() is at most minus the allowance, because overlaps of rows are not
-// positive. So this test needs no row, and leaves few pairs to the careful one.
+// positive. So this test needs no row, and leaves few pairs to the careful one. The distance from a convex
+// set is a convex function of the place. A ball on a line therefore stays at least as far as its row says.
 bool ContactFinder::overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                             const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const {
   const auto [geom_a, geom_b] = keys[0].pair;
   const Geom &a = later.reach.model.geom(geom_a), &b = later.reach.model.geom(geom_b);
   if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) return false;
+  if (later.moves_straight(a) && later.moves_straight(b)) return false;
   const double offset = contacts[keys[0].contact].material.rest_offset;
   points.clear();
   collide(a.shape, later.frame(a), b.shape, later.frame(b), offset, points);

@@ -65,33 +65,39 @@ constexpr double new_entry = 2.5e-9, filled_entry = 5e-10;
 BlockCholesky::BlockCholesky(std::span<const int> sizes, std::span<const std::pair<int, int>> edges,
                              std::span<const Vec3> positions) {
   order(sizes, edges, positions);
-  // Memory, by simulating the factorisation: the panels one behind the other, the largest front, and the
-  // largest stack of update matrices. Each supernode removes the matrices of its children from the stack and
-  // adds its own.
-  std::size_t panel_entries = 0, largest_front = 0, stack = 0, largest_stack = 0;
+  // Sizes of the memory, by simulating the factorisation: the panels one behind the other, the largest front,
+  // and the largest stack of update matrices. Each supernode removes the matrices of its children from the
+  // stack and adds its own.
+  std::size_t panel_entries = 0, stack = 0;
   for (Supernode& s : supernodes_) {
     s.panel = panel_entries;
     panel_entries += static_cast<std::size_t>(s.front) * s.columns;
     // Each column k of a front subtracts its square from the triangle right of it.
     for (double k = 0; k < s.columns; ++k) factor_work_ += 0.5 * (s.front - k) * (s.front - k);
-    largest_front = std::max<std::size_t>(largest_front, s.front);
+    largest_front_ = std::max<std::size_t>(largest_front_, s.front);
     for (int c : s.children) {
       const std::size_t rest = supernodes_[c].front - supernodes_[c].columns;
       stack -= rest * rest;
     }
     const std::size_t rest = s.front - s.columns;
     stack += rest * rest;
-    largest_stack = std::max(largest_stack, stack);
+    largest_stack_ = std::max(largest_stack_, stack);
   }
-  const std::size_t front_entries = largest_front * (largest_front + 8);
-  const auto entries = static_cast<double>(panel_entries + front_entries + largest_stack);
-  leave_if_due(new_entry * entries + factor_work_ * pace.load(std::memory_order_relaxed));
-  sides_[lower].panels.resize(panel_entries + 7);  // kernels add zeros to up to seven entries past a block
-  sides_[lower].front.resize(front_entries);
-  sides_[lower].stack.resize(largest_stack);
+  panel_entries_ = panel_entries + 7;  // kernels add zeros to up to seven entries past a block
+  leave_if_due(new_entry * side_entries() + seconds());
+}
+
+double BlockCholesky::side_entries() const {
+  return static_cast<double>(panel_entries_ + largest_front_ * (largest_front_ + 8) + largest_stack_);
+}
+
+void BlockCholesky::allocate(Triangle& side) {
+  side.panels.resize(panel_entries_);
+  side.front.resize(largest_front_ * (largest_front_ + 8));
+  side.stack.resize(largest_stack_);
   // One scratch array for two uses: the packed panel of factor(), the vectors of solve().
   work_.resize(
-      std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front)), rows_ + largest_front));
+      std::max<std::size_t>(front_pack_size(static_cast<int>(largest_front_)), rows_ + largest_front_));
 }
 
 // Steps 1 to 4 of the analysis. The order ignores scalar sizes: blocks of a graph mostly have one size.
@@ -239,12 +245,17 @@ double BlockCholesky::seconds() const {
 
 void BlockCholesky::set_zero(bool symmetric) {
   symmetric_ = symmetric;
-  const bool grows = !symmetric && sides_[upper].panels.empty();
-  const auto entries = static_cast<double>(sides_[lower].panels.size());
-  leave_if_due((grows ? new_entry : filled_entry) * entries + seconds());
-  if (grows) sides_[upper] = sides_[lower];
-  for (Triangle& side : std::span(sides_, symmetric ? 1 : 2))
-    std::fill(side.panels.begin(), side.panels.end(), 0.0);
+  const std::span<Triangle> sides(sides_, symmetric ? 1 : 2);
+  double time = seconds();
+  for (const Triangle& side : sides)
+    time +=
+        side.panels.empty() ? new_entry * side_entries() : filled_entry * static_cast<double>(panel_entries_);
+  leave_if_due(time);
+  for (Triangle& side : sides)
+    if (side.panels.empty())
+      allocate(side);
+    else
+      std::fill(side.panels.begin(), side.panels.end(), 0.0);
 }
 
 // front += update of a child (lower triangle, by columns). Node b of its rows is the block column, node a >=

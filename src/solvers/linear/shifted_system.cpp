@@ -57,7 +57,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
               "this method factors A, which a function operator does not allow; give a matrix or bodies, or "
               "use p-spg-fb, apgd or jacobi");
         else if constexpr (std::is_same_v<Op, ContactSystem>)
-          analyse(A.contacts.empty() ? A : A.stored());
+          analyse(A);
         else if constexpr (std::is_same_v<Op, SparseOperator>)
           analyse(m, [&](auto&& f) {
             for (std::size_t i = 0; i < m; ++i)
@@ -72,14 +72,11 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
       problem.A);
 }
 
-// Nodes are coordinates of motion, edges the pairs of nodes on which a block acts. D C is formed row by row,
-// in the order of the blocks.
+// Nodes are coordinates of motion, edges the pairs of nodes on which a block acts. Rows of D C wait for the
+// first factorisation: many patterns are analysed for its work alone.
 void ShiftedSystem::analyse(const ContactSystem& A) {
   const MotionNodes nodes(A, problem_.graph);
   in_body_space_ = true;
-  compliance_ = A.compliance;
-  if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
-    L_.resize(factor_size_);
   start_.assign(1, 0);
   for (const int size : nodes.size) start_.push_back(start_.back() + size);
 
@@ -93,7 +90,6 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
       place[own[j]] = -1;
     }
   }
-  G_.resize(D_.size());
   // Symbolic only. The places of the blocks do not change, so they are looked up once.
   cholesky_ = BlockCholesky(nodes.size, edges, nodes.position);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
@@ -106,12 +102,11 @@ void ShiftedSystem::analyse(const ContactSystem& A) {
   node_vectors_.resize(8 * nodes.size.size());
 }
 
-// The nodes of a block, and its rows of D C, with eight numbers per node. `place` is -1 before.
+// The nodes of a block. `place` is -1 before.
 void ShiftedSystem::find_nodes(const ContactSystem& A, const MotionNodes& nodes, std::size_t b,
                                std::vector<int>& place) {
   Block& block = blocks_[b];
   block.node = node_.size();
-  block.value = D_.size();
   const auto take = [&](int node) {
     if (node < 0 || place[node] >= 0) return;
     place[node] = static_cast<int>(node_.size() - block.node);
@@ -120,30 +115,48 @@ void ShiftedSystem::find_nodes(const ContactSystem& A, const MotionNodes& nodes,
   const ContactGraph::Link& link = problem_.graph.links[b];
   for (const Index body : {link.a, link.b})
     if (body >= 0) take(nodes.of_body[body]);
-  const auto entries = [&](int i) {  // of trees
-    const HalfRows& half = A.half;
-    return half.first.empty() ? std::pair<std::size_t, std::size_t>{}
-                              : std::pair{half.first[i], half.first[i + 1]};
-  };
-  for (int i = block.row; i < block.row + block.dim; ++i)
-    for (auto [k, last] = entries(i); k < last; ++k) take(nodes.of_coordinate[A.half.coordinate[k]]);
+  if (!A.half.first.empty())
+    for (std::size_t k = A.half.first[block.row]; k < A.half.first[block.row + block.dim]; ++k)
+      take(nodes.of_coordinate[A.half.coordinate[k]]);
   dims_.push_back(block.dim);
   counts_.push_back(static_cast<int>(node_.size() - block.node));
+}
 
-  const std::size_t lanes = 8 * static_cast<std::size_t>(counts_.back());
-  D_.resize(block.value + lanes * block.dim, 0.0);
-  for (int i = block.row; i < block.row + block.dim; ++i) {
-    double* out = D_.data() + block.value + lanes * (i - block.row);
-    const auto fill = [&](Index body, const std::array<double, 6>& j) {
-      if (body >= 0 && nodes.of_body[body] >= 0)
-        times_root(j, std::sqrt(A.bodies.inverse_mass[body]),
-                   semidefinite_root(A.bodies.inverse_inertia[body]), out + 8 * place[nodes.of_body[body]]);
-    };
-    fill(A.jacobian[i].body_a, A.jacobian[i].a);
-    fill(A.jacobian[i].body_b, A.jacobian[i].b);
-    for (auto [k, last] = entries(i); k < last; ++k) {
-      const Index coordinate = A.half.coordinate[k];
-      out[8 * place[nodes.of_coordinate[coordinate]] + nodes.place[coordinate]] = A.half.value[k];
+// D C row by row, in the order of the blocks, with eight numbers per node of the block.
+void ShiftedSystem::form_rows(const ContactSystem& A) {
+  const MotionNodes nodes(A, problem_.graph);
+  compliance_ = A.compliance;
+  if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
+    L_.resize(factor_size_);
+  std::size_t size = 0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    blocks_[b].value = size;
+    size += 8 * static_cast<std::size_t>(counts_[b]) * blocks_[b].dim;
+  }
+  D_.resize(size);
+  G_.resize(size);
+  // A row (n, t) of D becomes (n / sqrt(m), t C) with C C' = I^-1. A body has one C for all its rows.
+  std::vector<std::array<double, 6>> roots;
+  for (const auto& inertia : A.bodies.inverse_inertia) roots.push_back(semidefinite_root(inertia));
+  std::vector<int> place(nodes.size.size());  // of each node of the present block among them
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Block& block = blocks_[b];
+    const std::span<const int> own = nodes_of(b);
+    for (std::size_t j = 0; j < own.size(); ++j) place[own[j]] = static_cast<int>(j);
+    for (int i = block.row; i < block.row + block.dim; ++i) {
+      double* out = D_.data() + block.value + 8 * own.size() * (i - block.row);
+      const auto fill = [&](Index body, const std::array<double, 6>& j) {
+        if (body >= 0 && nodes.of_body[body] >= 0)
+          times_root(j, std::sqrt(A.bodies.inverse_mass[body]), roots[body],
+                     out + 8 * place[nodes.of_body[body]]);
+      };
+      fill(A.jacobian[i].body_a, A.jacobian[i].a);
+      fill(A.jacobian[i].body_b, A.jacobian[i].b);
+      if (A.half.first.empty()) continue;
+      for (std::size_t k = A.half.first[i]; k < A.half.first[i + 1]; ++k) {
+        const Index coordinate = A.half.coordinate[k];
+        out[8 * place[nodes.of_coordinate[coordinate]] + nodes.place[coordinate]] = A.half.value[k];
+      }
     }
   }
 }
@@ -185,6 +198,8 @@ void ShiftedSystem::analyse(std::size_t m, auto&& for_each_entry) {
 int ShiftedSystem::factor(std::span<const double> R) { return factor(R, {}); }
 
 int ShiftedSystem::factor(std::span<const double> R, std::span<const double> J) {
+  if (const auto* A = std::get_if<ContactSystem>(&problem_.A); A && D_.empty())
+    A->contacts.empty() ? form_rows(*A) : form_rows(A->stored());
   R_.assign(R.begin(), R.end());
   J_.assign(J.begin(), J.end());
   cholesky_.set_zero(J.empty());

@@ -55,7 +55,7 @@ class BlockCholesky {
   void solve(std::span<double> rhs);
 
   std::size_t rows() const { return rows_; }
-  std::size_t factor_entries() const { return sides_[lower].panels.size(); }
+  std::size_t factor_entries() const { return panel_entries_; }
   // Multiplications of one factor() of a symmetric matrix.
   double factor_work() const { return factor_work_; }
 
@@ -80,10 +80,13 @@ class BlockCholesky {
   std::vector<std::size_t> given_start_;  // first scalar row of each given block
   std::vector<int> supernode_of_;
   std::vector<Supernode> supernodes_;
-  // Storage of the lower triangle and of the transposed upper one, which is allocated at its first use.
+  // Storage of the lower triangle and of the transposed upper one, each allocated at its first use: a pattern
+  // may be analysed for its work alone.
   struct Triangle {
     std::vector<double> panels, front, stack;
   };
+  void allocate(Triangle& side);
+  double side_entries() const;  // of all its storage
   // Expected time of the next factor() (s).
   double seconds() const;
   void take(Triangle& of, const Supernode& s, std::size_t top) const;
@@ -91,7 +94,7 @@ class BlockCholesky {
   Triangle sides_[2];
   bool symmetric_ = true;
   std::vector<double> work_;
-  std::size_t rows_ = 0;
+  std::size_t rows_ = 0, panel_entries_ = 0, largest_front_ = 0, largest_stack_ = 0;
   double factor_work_ = 0;
 };
 

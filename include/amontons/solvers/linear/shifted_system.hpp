@@ -67,6 +67,7 @@ class ShiftedSystem {
   void analyse(const ContactSystem& A);
   void find_nodes(const ContactSystem& A, const MotionNodes& nodes, std::size_t block,
                   std::vector<int>& place);
+  void form_rows(const ContactSystem& A);
   std::span<const int> nodes_of(std::size_t block) const {
     return {node_.data() + blocks_[block].node, static_cast<std::size_t>(counts_[block])};
   }
