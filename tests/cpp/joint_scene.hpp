@@ -100,10 +100,9 @@ struct Scene {
   JointContexts joints;
   JointRows rows;
   JointOptions options{0.01, 1e300, 1};
-  bool gravity = false;
 
   void build() {
-    if (!gravity) description.gravity = {};
+    description.gravity = {};
     model = std::make_unique<Model>(description);
     options.length = model->length();
     state = initial_state(*model);

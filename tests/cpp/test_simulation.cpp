@@ -61,42 +61,6 @@ Simulation simulate(const ModelDescription& d, double dt = 5e-3, double toleranc
 
 }  // namespace
 
-// The contact forces of a resting box are its weight. Breaks with a wrong sign, a lost contact or an impulse
-// that is not carried into the table.
-TEST(contact_forces_balance_the_weight) {
-  Simulation sim = simulate(floor_and_box({}, 0.5));
-  Report report;
-  for (int k = 0; k < 50; ++k) report = sim.step();
-  CHECK(report.status == Status::converged);
-  CHECK(report.contacts == 4);
-  Vec3 sum;
-  for (const Contact& c : sim.contacts()) {
-    sum += c.impulse;
-    CHECK(c.body_a == 0 && c.body_b == world);
-    CHECK(c.state == ContactState::stick);
-    CHECK_NEAR(c.normal.z, 1, 1e-12);
-  }
-  CHECK_NEAR(sum.z / 5e-3, 3 * g, 1e-8 * 3 * g);
-  CHECK_NEAR(sum.x, 0, 1e-9);
-  CHECK_NEAR(norm(sim.state().positions[0] - Vec3{0, 0, 0.5}), 0, 1e-9);
-}
-
-// A collision with restitution e keeps momentum and leaves e times the approach speed; gravity is off. Breaks
-// if the impact is applied twice or the step stops the rebound.
-TEST(restitution_of_two_spheres) {
-  ModelDescription d;
-  d.gravity = {};
-  const Material material{0, 0.6, 0};
-  d.bodies = {sphere_body({0, 0, 0}, 1, 0.1, {2, 0, 0}), sphere_body({0.5, 0, 0}, 3, 0.1)};
-  for (Index i : {0, 1}) add_geom(d, i, Sphere{0.1}, material);
-  Simulation sim = simulate(d);
-  const Momentum before = momentum(sim.model(), sim.state());
-  for (int k = 0; k < 60; ++k) sim.step();
-  const double v0 = sim.state().linear_velocities[0].x, v1 = sim.state().linear_velocities[1].x;
-  CHECK_NEAR(v1 - v0, 0.6 * 2, 1e-8);
-  CHECK_NEAR(norm(momentum(sim.model(), sim.state()).linear - before.linear), 0, 1e-12);
-}
-
 // A box on a conveyor is accelerated by mu g up to the speed of the belt, then sticks to it; on a kinematic
 // platform likewise. Breaks with the sign of the surface velocity, or one that is not in the VI.
 TEST(conveyor_and_platform_carry_a_box) {

@@ -243,18 +243,20 @@ void ShiftedSystem::form_G(std::size_t b) {
 
 // P = (J + R'E R)^-1 of one block, and P G.
 void ShiftedSystem::form_PG(std::size_t b) {
-  const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
-  const double *R = &R_[offset_[b]], *J = &J_[offset_[b]], e = compliance_.empty() ? 0 : compliance_[row];
+  const double *R = &R_[offset_[b]], *J = &J_[offset_[b]];
+  const double e = compliance_.empty() ? 0 : compliance_[blocks_[b].row];
   double Q[largest_dim * largest_dim], *P = &P_[offset_[b]];
-  for (int i = 0; i < dim; ++i)
-    for (int j = 0; j < dim; ++j) {
-      P[dim * i + j] = i == j;
-      double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
-      for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
-    }
-  sign_of_blocks_ *= solve_block(dim, Q, P, dim);
+  with_size(blocks_[b].dim, [&](auto dim) {
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) {
+        P[dim * i + j] = i == j;
+        double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
+        for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
+      }
+    sign_of_blocks_ *= solve_block(dim, Q, P, dim);
+  });
   const std::size_t at = blocks_[b].value;
-  AMONTONS_DISPATCH(combine_rows, P, dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
+  AMONTONS_DISPATCH(combine_rows, P, blocks_[b].dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
 }
 
 // S = I + sum over blocks of G_block' G_block, or G_block' P G_block. Each block contributes the products of
@@ -407,14 +409,13 @@ void ShiftedSystem::times_J(std::span<const double> z, std::span<double> out) co
 template <bool transposed>
 void ShiftedSystem::times_blocks(std::span<const double> M, std::span<const double> v,
                                  std::span<double> out) const {
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const auto [row, dim] = std::pair{blocks_[b].row, blocks_[b].dim};
-    const double* R = &M[offset_[b]];
-    double sum[largest_dim] = {};
-    for (int i = 0; i < dim; ++i)
-      for (int k = 0; k < dim; ++k) sum[i] += R[transposed ? k * dim + i : i * dim + k] * v[row + k];
-    std::copy(sum, sum + dim, &out[row]);
-  }
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    with_size(blocks_[b].dim, [&, R = &M[offset_[b]], from = &v[blocks_[b].row]](auto dim) {
+      double sum[largest_dim] = {};
+      for (int i = 0; i < dim; ++i)
+        for (int k = 0; k < dim; ++k) sum[i] += R[transposed ? k * dim + i : i * dim + k] * from[k];
+      std::copy(sum, sum + dim, &out[blocks_[b].row]);
+    });
 }
 
 void ShiftedSystem::times_factor(std::span<const double> z, std::span<double> y) const {
