@@ -70,10 +70,11 @@ nb::tuple draw(const PictureScene& scene, const Matrix& positions, const Matrix&
   for (std::size_t b = 0; b < positions.shape(0); ++b)
     bodies.push_back(transform_of(positions, orientations, b));
   const std::vector<PictureLine> drawn = lines_of(lines);
+  const PictureView view{camera, style, drawn, probe, threads};
   Picture picture;
   {
     nb::gil_scoped_release release;
-    picture = draw_picture(scene, bodies, camera, style, drawn, probe, threads);
+    picture = draw_picture(scene, bodies, view);
   }
   return nb::make_tuple(to_numpy(std::move(picture.colours)), to_numpy(std::move(picture.labels)),
                         to_numpy(std::move(picture.depths)));

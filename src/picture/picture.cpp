@@ -55,17 +55,15 @@ struct Seen {
 // triangles, because they have no border, and are asked at each sample.
 class Painter {
  public:
-  Painter(const PictureScene& scene, std::span<const Transform> bodies, const PictureCamera& camera,
-          const PictureStyle& style, std::span<const PictureLine> lines, unsigned threads)
+  Painter(const PictureScene& scene, std::span<const Transform> bodies, const PictureView& view)
       : scene_(scene),
-        style_(style),
-        target_(camera.target),
-        tiled_(tiled * camera.width * camera.pixel),
-        lines_(lines),
-        projection_(camera),
-        triangles_(project(scene, bodies, lines, projection_)),
-        shadows_(scene, bodies, projection_, style.light,
-                 std::min(most_texels, std::max(projection_.width(), projection_.height())), threads) {
+        view_(view),
+        style_(view.style),
+        tiled_(tiled * view.camera.width * view.camera.pixel),
+        projection_(view.camera),
+        triangles_(project(scene, bodies, view.lines, projection_)),
+        shadows_(scene, bodies, projection_, view.style.light,
+                 std::min(most_texels, std::max(projection_.width(), projection_.height())), view.threads) {
     for (const PicturePlane& plane : scene.planes) {
       const Transform at = plane.body < 0 ? plane.at : bodies[plane.body] * plane.at;
       const Vec3 normal = rotate(at.rotation, {0, 0, 1});
@@ -73,15 +71,16 @@ class Painter {
     }
   }
 
-  Picture draw(const PictureCamera& camera, bool probe, unsigned threads) const {
+  Picture draw() const {
+    const PictureCamera& camera = view_.camera;
     const int samples = camera.samples, width = projection_.width(), height = projection_.height();
     Picture picture;
     picture.colours.resize(static_cast<std::size_t>(3) * camera.width * camera.height);
-    if (probe) {
+    if (view_.probe) {
       picture.labels.resize(static_cast<std::size_t>(width) * height);
       picture.depths.resize(picture.labels.size());
     }
-    rasterise(triangles_, {width, height, band_rows * samples, 1}, threads, [&](const Band& band) {
+    rasterise(triangles_, {width, height, band_rows * samples, 1}, view_.threads, [&](const Band& band) {
       const int below = band.first == 0 ? 0 : 1;
       const std::vector<Seen> seen = layers_of(band);
       std::vector<float> row(static_cast<std::size_t>(3) * camera.width);
@@ -93,7 +92,7 @@ class Painter {
         std::uint8_t* out = &picture.colours[row.size() * (camera.height - 1 - r / samples)];
         for (std::size_t k = 0; k < row.size(); ++k) out[k] = static_cast<std::uint8_t>(255 * row[k] + 0.5f);
       }
-      if (probe) report(band, seen, below, picture);
+      if (view_.probe) report(band, seen, below, picture);
     });
     return picture;
   }
@@ -154,7 +153,7 @@ class Painter {
   Colour colour(const Band& band, const std::vector<Seen>& seen, int column, int row) const {
     const std::size_t k = band.at(column, row);
     if (const std::int32_t over = band.triangle[3][k]; over >= 0)
-      return lines_[triangles_[over].thing].colour;
+      return view_.lines[triangles_[over].thing].colour;
     const Seen& s = seen[k];
     const bool through = shines_through(s);
     Colour out = style_.background;
@@ -220,7 +219,7 @@ class Painter {
 
   // Tiles fade with the square of the distance from the target, so that none is smaller than a pixel.
   double tile_brightness(const Plane& plane, const Vec3& point) const {
-    const Vec3 away = point - target_, along = away - dot(away, plane.normal) * plane.normal;
+    const Vec3 away = point - view_.camera.target, along = away - dot(away, plane.normal) * plane.normal;
     return 1 - tile_shade * std::max(0.0, 1 - dot(along, along) / (tiled_ * tiled_));
   }
 
@@ -255,10 +254,9 @@ class Painter {
   }
 
   const PictureScene& scene_;
+  const PictureView& view_;
   const PictureStyle& style_;
-  Vec3 target_;
   double tiled_;  // m
-  std::span<const PictureLine> lines_;
   Projection projection_;
   std::vector<ScreenTriangle> triangles_;
   Shadows shadows_;
@@ -267,11 +265,9 @@ class Painter {
 
 }  // namespace
 
-Picture draw_picture(const PictureScene& scene, std::span<const Transform> bodies,
-                     const PictureCamera& camera, const PictureStyle& style,
-                     std::span<const PictureLine> lines, bool probe, unsigned threads) {
-  require(scene, bodies.size(), camera);
-  return Painter(scene, bodies, camera, style, lines, threads).draw(camera, probe, threads);
+Picture draw_picture(const PictureScene& scene, std::span<const Transform> bodies, const PictureView& view) {
+  require(scene, bodies.size(), view.camera);
+  return Painter(scene, bodies, view).draw();
 }
 
 }  // namespace amontons

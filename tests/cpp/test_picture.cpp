@@ -51,7 +51,7 @@ PictureStyle bright() {
 
 Picture drawn(const PictureScene& scene, const PictureCamera& c, const PictureStyle& style = bright(),
               std::span<const PictureLine> lines = {}, unsigned threads = 1) {
-  return draw_picture(scene, {}, c, style, lines, true, threads);
+  return draw_picture(scene, {}, {c, style, lines, true, threads});
 }
 
 int count(const Picture& p, std::int32_t label) {

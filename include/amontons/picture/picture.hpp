@@ -17,10 +17,17 @@ struct Picture {
   std::vector<float> depths;
 };
 
-// Draws instances at the poses of their bodies. Results do not depend on the number of threads (0: one per
-// core). Throws InputError naming what is missing: a body, a surface, a vertex, or the pixels of the picture.
-Picture draw_picture(const PictureScene& scene, std::span<const Transform> bodies,
-                     const PictureCamera& camera, const PictureStyle& style,
-                     std::span<const PictureLine> lines, bool probe, unsigned threads);
+// Viewed once, from one camera.
+struct PictureView {
+  PictureCamera camera;
+  PictureStyle style;
+  std::span<const PictureLine> lines;
+  bool probe = false;    // fill the labels and the depths
+  unsigned threads = 0;  // 0: one per core
+};
+
+// Draws instances at the poses of their bodies. Results do not depend on the number of threads. Throws
+// InputError naming what is missing: a body, a surface, a vertex, or the pixels of the picture.
+Picture draw_picture(const PictureScene& scene, std::span<const Transform> bodies, const PictureView& view);
 
 }  // namespace amontons

@@ -15,9 +15,9 @@
 //
 // Under coulomb g is no gradient, and momentum amplifies rotational parts of g. Residuals then rise by a
 // factor in some ten iterations although no step is uphill. The momentum is therefore also dropped once the
-// residual is above 1.5 times its least since the last drop. On piles of spheres 1.3 to 2 gave equal results;
-// without the rule residuals stayed at 5e-2. The De Saxce term of g(y_j) is that of x_j, because
-// extrapolation would amplify it too.
+// residual is above 1.5 times its least since the last drop. A smaller ratio helps piles of spheres and hurts
+// walls (docs/decisions/methods.md); without the rule residuals stayed at 5e-2. The De Saxce term of g(y_j)
+// is that of x_j, because extrapolation would amplify it too.
 //
 // Step 1 tests descent: f is quadratic, f(y + d) = f(y) + <g, d> + 1/2 d'Ad. So d'Ad <= L d'Pd is the upper
 // model of Nesterov's proof at y + d itself. L starts at 1 because P is the mean of diag(A) of each block:
