@@ -70,7 +70,6 @@ ModelDescription box_at(double gap) {
 struct Stages {
   std::shared_ptr<const Model> model;
   Tree tree;
-  Forest forest;
   SimulationOptions options;
   Sleepers asleep;
   ContactFinder finder;
@@ -94,10 +93,8 @@ struct Stages {
   explicit Stages(const ModelDescription& d)
       : model(std::make_shared<const Model>(d)),
         tree(model),
-        forest(make_forest(tree)),
         step{.model = *model,
              .tree = tree,
-             .forest = forest,
              .options = options,
              .asleep = asleep,
              .finder = finder,

@@ -22,7 +22,6 @@ struct OddTrees {
   Random random;
   std::shared_ptr<const Model> model;
   std::unique_ptr<const Tree> tree;
-  Forest forest;
   State state;
   BodyFrames frames;
   BodyMobilities mobility;
@@ -51,7 +50,6 @@ struct OddTrees {
     d.joints[0].dofs[0].armature = 0.3;
     model = std::make_shared<const Model>(d);
     tree = std::make_unique<const Tree>(model);
-    forest = make_forest(*tree);
     state = initial_state(*model);
     std::vector<double> q, qd;
     for (std::size_t i = 0; i < tree->nq(); ++i) q.push_back(random());
@@ -65,7 +63,7 @@ struct OddTrees {
   }
 
   // A step of length h after one as long.
-  TreeSetting setting(double h) const { return {*model, forest, frames, start, memory, h, h}; }
+  TreeSetting setting(double h) const { return {*model, *tree, frames, start, memory, h, h}; }
 
   // Rates in the order of the tree of velocities of the centres of mass.
   std::vector<double> rates(const BodyVelocities& v) const {
@@ -170,7 +168,7 @@ TEST(half_rows_along_a_coordinate_are_those_of_their_bodies) {
   OddTrees t;
   const Linkage& linkage = *t.step.constrained->linkage;
   JointContexts joints;
-  place_joints(*t.model, t.frames, t.state, joints, t.forest.has_joint);
+  place_joints(*t.model, t.frames, t.state, joints, t.tree->without_rows());
   place_tree_joints(t.setting(0), t.state, t.step, joints);
   std::size_t count = 0;
   for (const JointContext& joint : joints)
@@ -237,7 +235,7 @@ TEST(products_by_halves_are_those_over_bodies) {
 TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
   OddTrees t;
   JointContexts joints;
-  place_joints(*t.model, t.frames, t.state, joints, t.forest.has_joint);
+  place_joints(*t.model, t.frames, t.state, joints, t.tree->without_rows());
   place_tree_joints(t.setting(0), t.state, t.step, joints);
   std::vector<JacobianRow> rows;
   for (const JointContext& joint : joints)
@@ -276,12 +274,12 @@ TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
 TEST(displacements_of_trees_lead_to_the_poses_of_their_coordinates) {
   OddTrees t;
   const double h = 0.4;
-  std::vector<double> rates(t.forest.parent.size());
+  std::vector<double> rates(t.tree->parent().size());
   for (double& rate : rates) rate = 2 * t.random();
   std::vector<Flow> momenta;
   make_momenta(t.setting(h), rates, h, t.step, momenta);
   std::vector<Transform> poses;
-  for (std::size_t i = 0; i < t.forest.bodies.size(); ++i) {
+  for (std::size_t i = 0; i < t.tree->moving().size(); ++i) {
     const TreePlace& place = t.step.places[i];
     const Transform& moved = t.memory.moved[i];
     poses.push_back({place.reference + moved(place.pose.position - place.reference),

@@ -1,5 +1,6 @@
 #include "amontons/multibody/kinematics/tree.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include "multibody/joints/chain.hpp"
@@ -57,10 +58,11 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
   }
   order_links(joints_of);
   number_coordinates();
+  find_moving();
 }
 
 // Depth first from the ground, then from the first body of each group that is not connected to the ground. So
-// the links of a branch follow each other, as the step wants their coordinates (trees/forest).
+// the links of a branch follow each other, as the step wants their coordinates.
 void Tree::order_links(const std::vector<std::vector<Index>>& joints_of) {
   std::vector<bool> placed(links_.size(), false);
   std::vector<Link> next;  // a stack
@@ -103,6 +105,90 @@ void Tree::number_coordinates() {
     link.first_v = nv_;
     nq_ += link.q;
     nv_ += link.v;
+  }
+}
+
+// Per link of the tree, and for bodies that do not move: whether most joints of its mechanism close loops.
+//
+// Joints of the tree of a mechanism without loops, as of a robot, never have rows. With loops it depends on
+// their number. In a lattice, which has two joints per body and more, a tree would save less than half of the
+// rows, and each product would go through it.
+std::vector<unsigned char> Tree::find_lattices() const {
+  const std::size_t n = links_.size();
+  std::vector<std::size_t> first(n + 1, n);  // the first link of the mechanism
+  std::vector<std::size_t> in_tree(n + 1, 0), loops(n + 1, 0);
+  for (const std::size_t k : order_) {
+    const Index parent = link_of(links_[k].parent);
+    first[k] = parent < 0 ? k : first[parent];
+    in_tree[first[k]] += links_[k].joint >= 0;
+  }
+  for (const Index j : loops_) {
+    const Joint& joint = model().joint(j);
+    const Index a = link_of(joint.body_a), k = a < 0 ? link_of(joint.body_b) : a;
+    ++loops[first[k < 0 ? n : static_cast<std::size_t>(k)]];
+  }
+  std::vector<unsigned char> is_lattice(n);
+  for (std::size_t k = 0; k < n; ++k) is_lattice[k] = loops[first[k]] > in_tree[first[k]];
+  return is_lattice;
+}
+
+// Takes the joints of the spanning tree that need no rows: their locked directions are rigid. A mechanism in
+// which more joints close loops than belong to the tree keeps its rows, because there the form with rows is
+// the smaller one. A joint with compliance in its locked directions is a spring and has rows. The bodies
+// beyond it are a tree of their own, with a floating base. A body without joints of a tree stays free: its
+// block of M^-1 is six by six, and its rotation keeps energy and momentum by itself (bodies/motion).
+//
+// The coordinates of one joint follow each other like joints, each on top of the one before. Links come depth
+// first, and beyond a joint that stays a row after all others: the coordinates of a branch are adjacent.
+void Tree::find_moving() {
+  const Model& model = *model_;
+  if (model.description().trees == Trees::none) return;
+  const std::vector<unsigned char> is_lattice = find_lattices();
+  const auto is_in_tree = [&](std::size_t k) {
+    return links_[k].joint >= 0 && model.joint(links_[k].joint).compliance == 0 && !is_lattice[k];
+  };
+  std::vector<std::size_t> order = order_, root(links_.size());
+  std::vector<unsigned char> bears(links_.size(), 0);  // others of its tree
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t k = order[i];
+    const Index parent = is_in_tree(k) ? link_of(links_[k].parent) : -1;
+    root[k] = parent < 0 ? i : root[parent];
+    if (parent >= 0) bears[parent] = 1;
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return root[a] < root[b]; });
+  number_.assign(model.bodies(), -1);
+  without_rows_.assign(model.joints(), 0);
+  for (const std::size_t k : order) {
+    const Link& link = links_[k];
+    // A body without joints of a tree is a free body.
+    if (!is_in_tree(k) && !bears[k]) continue;
+    TreeBody b;
+    b.body = link.body;
+    b.first = parent_.size();
+    b.count = 6;
+    if (is_in_tree(k)) {
+      const Joint& joint = model.joint(link.joint);
+      b.parent = link.parent;
+      b.above = b.parent < 0 ? -1 : number_[b.parent];
+      b.joint = link.joint;
+      b.reversed = link.reversed;
+      b.dofs = joint.dofs.size();
+      b.count = link.v;
+      b.first_dof = model.first_dof(link.joint);
+      b.fore = link.reversed ? joint.frame_a : joint.frame_b;
+      b.aft = inverse(link.reversed ? joint.frame_b : joint.frame_a);
+      without_rows_[link.joint] = 1;
+    }
+    const auto number = static_cast<Index>(moving_.size());
+    number_[b.body] = number;
+    b.root = b.above < 0 ? number : moving_[b.above].root;
+    b.last = b.above < 0 ? -1 : moving_[b.above].last;
+    for (std::size_t i = 0; i < b.count; ++i) {
+      parent_.push_back(b.last);
+      b.last = static_cast<Index>(parent_.size()) - 1;
+    }
+    moving_.push_back(b);
   }
 }
 

@@ -128,7 +128,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     const bool missed = solver.sums.status != Status::converged;
     if (solver.budget.ends_within(solver.clock.search) || (reflection > 0 && missed)) return reflection > 0;
     // Springs and dampers do not act within an impact: M of trees without them.
-    if (reflection == 0 && !step.forest.empty())
+    if (reflection == 0 && step.tree.moves())
       bodies.trees = tree_masses(o.tree_setting(step), false, o.trees);
     if (reflection == 0) locked = locked_rows(step, state, o, bodies);
     active.clear();
@@ -139,7 +139,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);
-    if (!step.forest.empty())
+    if (step.tree.moves())
       add_tree_impacts(o.tree_setting(step), o.joints, impulses_on_bodies(problem, s.x), *bodies.trees,
                        o.trees, o.impacts);
     apply_impulses(problem, s.x, v);

@@ -43,8 +43,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
   store_slips(posed.rows, *posed.problem, solved.solution, least, state);
   TreeStep& trees = o.trees;
-  if (!step.forest.empty()) {
-    read_rates(step.forest, trees, o.frames, solved.after, trees.after);
+  if (step.tree.moves()) {
+    read_rates(step.tree, trees, o.frames, solved.after, trees.after);
     store_drive_impulses(o.tree_setting(step), trees, state);
     store_tree_reactions(o.tree_setting(step), o.joints, impulses_on_bodies(*posed.problem, x), trees, state);
   }
@@ -54,8 +54,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   state.last_step = step.h;
   keep_held_loads(state);
   integrate(step.model, o.frames, o.spins, {o.start, solved.after, step.h, ahead, step.options.threads},
-            state, step.forest.number);
-  if (!step.forest.empty()) {
+            state, step.tree.number());
+  if (step.tree.moves()) {
     move_trees(o.tree_setting(step), solved.after, trees.after, trees.after, trees, state);
     leave_tree_velocities(o.tree_setting(step), ahead, trees, state);
   }

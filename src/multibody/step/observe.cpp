@@ -18,9 +18,9 @@ namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
-                        step.forest.number, step.options.threads},
+                        step.tree.number(), step.options.threads},
                        o.free, o.spins);
-  if (!step.forest.empty()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
+  if (step.tree.moves()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
 }
 
 // The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
@@ -54,12 +54,12 @@ static void place_at_start(const StepSetting& step, const State& state, Observed
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
   const Model& model = step.model;
   const double h = step.h, kick = step.kick();
-  const Forest& forest = step.forest;
+  const Tree& tree = step.tree;
   const TreeSetting trees = o.tree_setting(step);
   place_trees(trees, state, o.trees);
   place_at_start(step, state, o);
-  update_coordinates(model, o.frames, state, forest.has_joint);
-  place_joints(model, o.frames, state, o.joints, forest.has_joint);
+  update_coordinates(model, o.frames, state, tree.without_rows());
+  place_joints(model, o.frames, state, o.joints, tree.without_rows());
   place_tree_joints(trees, state, o.trees, o.joints);
   o.trees.stiffness.clear();
   make_tree_masses(trees, state, o.trees);

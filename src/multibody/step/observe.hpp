@@ -52,7 +52,7 @@ struct Observed {
   HeldLoads held;                      // over the kick
   TreeStep trees;                      // bodies that move in coordinates of their joints
   TreeSetting tree_setting(const StepSetting& step) const {
-    return {step.model, step.forest, frames, start, step.memory.trees, step.h, step.last};
+    return {step.model, step.tree, frames, start, step.memory.trees, step.h, step.last};
   }
   StepBodies bodies() const { return {frames, mobility, start, free, trees.constrained}; }
 };

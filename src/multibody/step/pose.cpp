@@ -45,7 +45,7 @@ TurnLimits turns_of(const StepSetting& step) {
 static void find_past_of_trees(const StepSetting& step, const State& state, Observed& o, JointRows& rows) {
   const auto has_inertia = [](const Tendon& t) { return t.armature > 0; };
   const auto& tendons = step.model.description().tendons;
-  if (step.forest.empty() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
+  if (!step.tree.moves() || std::none_of(tendons.begin(), tendons.end(), has_inertia)) return;
   past_of({step.model, o.bodies(), o.joints, state, step.joint_options(o.held.controls)}, rows);
   change_past(o.tree_setting(step), o.trees, rows.past);
 }
@@ -88,16 +88,16 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   assemble_system(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
   std::span<double> w;
-  if (!posed.x0.empty() && (!step.forest.empty() || !o.contacts.empty()))
+  if (!posed.x0.empty() && (step.tree.moves() || !o.contacts.empty()))
     w = impulses_on_bodies(*posed.problem, posed.x0);
   // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
   // makes the motion of second order with contacts, too.
-  if (!step.forest.empty()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);
+  if (step.tree.moves()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);
   // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
   posed.predicted.clear();
   if (!w.empty() && !o.contacts.empty()) {
     posed.predicted = o.free;
-    add_moved(*posed.problem, w, step.forest.empty() ? nullptr : o.trees.caused.data(), posed.predicted);
+    add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), posed.predicted);
     stop_asleep(step.asleep, posed.predicted);
   }
   posed.turns.clear();

@@ -216,7 +216,7 @@ static bool correct_positions(const StepSetting& step, const BodyMobilities& mob
   }
   stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i)) || step.forest.contains(i) || !is_finite(p[i].linear) ||
+    if (!in.model.is_dynamic(static_cast<Index>(i)) || step.tree.moves(i) || !is_finite(p[i].linear) ||
         !is_finite(p[i].angular))
       continue;
     const Quat turn = exponential(h * p[i].angular);
@@ -235,10 +235,10 @@ static bool correct_positions(const StepSetting& step, const BodyMobilities& mob
     middle.linear = velocity - cross(middle.angular, rotate(turn, arm));
   }
   // Trees follow the displacements as far as their joints let them, and keep the rates of their joints.
-  if (step.forest.empty()) return true;
+  if (!step.tree.moves()) return true;
   TreeStep& trees = observed.trees;
-  read_rates(step.forest, trees, in.frames, p, trees.after);
-  read_rates(step.forest, trees, in.frames, observed.start, trees.before);
+  read_rates(step.tree, trees, in.frames, p, trees.after);
+  read_rates(step.tree, trees, in.frames, observed.start, trees.before);
   move_trees(observed.tree_setting(step), p, trees.after, trees.before, trees, state);
   return true;
 }

@@ -11,7 +11,6 @@
 
 namespace amontons {
 
-struct Forest;      // bodies that move in coordinates of their joints, trees/forest.hpp
 struct StepMemory;  // step/observe.hpp
 
 // Constant during a step of length h. The speeds and the margin are those of the options, with
@@ -19,7 +18,6 @@ struct StepMemory;  // step/observe.hpp
 struct StepSetting {
   const Model& model;
   const Tree& tree;
-  const Forest& forest;
   const SimulationOptions& options;
   const Sleepers& asleep;  // islands that the step leaves out
   ContactFinder& finder;   // memory of the searches: later ones of a step go on from the first

@@ -46,13 +46,11 @@ Simulation::Simulation(std::shared_ptr<const Model> model, SimulationOptions opt
   AMONTONS_REQUIRE(model_ != nullptr, "a simulation needs a model");
   check(options_);
   tree_ = std::make_shared<const Tree>(model_);
-  forest_ = std::make_shared<const Forest>(make_forest(*tree_));
   state_ = first_state();
 }
 Simulation::Simulation(const Simulation& other)
     : model_(other.model_),
       tree_(other.tree_),
-      forest_(other.forest_),
       options_(other.options_),
       scratch_(std::make_unique<StepScratch>()) {
   *this = other;
@@ -307,8 +305,8 @@ void Simulation::finish_report(Report& report) {
   clock.timings = report.timings;
   Observed& o = scratch_->observed;
   place_for_report(*model_, state_, scratch_->memory, o);
-  static const Forest none;
-  add_energies(*model_, report.advanced ? *forest_ : none, state_, o, report);
+  static const std::vector<unsigned char> none;
+  add_energies(*model_, report.advanced ? tree_->without_rows() : none, state_, o, report);
   if (last_.changed_nothing) {
     last_.report = report;
     last_.has_energies = true;

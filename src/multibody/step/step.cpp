@@ -81,7 +81,6 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
-                         .forest = *forest_,
                          .options = options_,
                          .asleep = last_.asleep,
                          .finder = finder,

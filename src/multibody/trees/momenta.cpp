@@ -65,10 +65,10 @@ Flow flow_of(const BodyFrames& frames, const BodyVelocities& v, Index body, cons
 
 void make_flows(const TreeSetting& in, const BodyFrames& frames, const BodyVelocities& v,
                 std::span<const double> rates, const TreeStep& trees) {
-  const Forest& forest = in.forest;
-  in.memory.flow.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  const Tree& tree = in.tree;
+  in.memory.flow.resize(tree.moving().size());
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     Flow f = b.above >= 0 ? in.memory.flow[b.above] : flow_of(frames, v, b.parent, trees.places[i].reference);
     for (std::size_t k = b.first; k < b.first + b.count; ++k) f += rates[k] * trees.columns[k];
     in.memory.flow[i] = f;
@@ -77,12 +77,12 @@ void make_flows(const TreeSetting& in, const BodyFrames& frames, const BodyVeloc
 
 void make_momenta(const TreeSetting& in, std::span<const double> rates, double h, const TreeStep& trees,
                   std::vector<Flow>& momenta) {
-  const Forest& forest = in.forest;
-  in.memory.moved.resize(forest.bodies.size());
-  in.memory.chord.resize(forest.bodies.size());
-  momenta.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  const Tree& tree = in.tree;
+  in.memory.moved.resize(tree.moving().size());
+  in.memory.chord.resize(tree.moving().size());
+  momenta.resize(tree.moving().size());
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     const TreePlace& place = trees.places[i];
     const Vec3 arm = place.centre - place.reference;
     Transform& moved = in.memory.moved[i];
@@ -116,8 +116,8 @@ void write_mean_before(const TreeSetting& in, double h, const TreeStep& trees, B
   const BodyVelocities& start = in.start;
   make_momenta(in, trees.before, -h, trees, in.memory.momenta);
   make_flows(in, in.frames, start, trees.before, trees);
-  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
-    const Index body = in.forest.bodies[i].body;
+  for (std::size_t i = 0; i < in.tree.moving().size(); ++i) {
+    const Index body = in.tree.moving()[i].body;
     const Flow more = in.memory.chord[i] - in.memory.flow[i];
     const Vec3 arm = trees.places[i].centre - trees.places[i].reference;
     mean[body] = {start[body].linear + more.linear + cross(more.angular, arm),
@@ -131,8 +131,8 @@ void change_past(const TreeSetting& in, const TreeStep& trees, std::vector<Past>
   const BodyVelocities& start = in.start;
   mean.resize(start.size());
   write_mean_before(in, in.kick(), trees, mean);
-  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i) {
-    const Index body = in.forest.bodies[i].body;
+  for (std::size_t i = 0; i < in.tree.moving().size(); ++i) {
+    const Index body = in.tree.moving()[i].body;
     const TreePlace& place = trees.places[i];
     const Transform& moved = in.memory.moved[i];
     const auto [linear, angular] = mean[body];
@@ -145,11 +145,11 @@ void change_past(const TreeSetting& in, const TreeStep& trees, std::vector<Past>
 
 void subtract_stiffness(const TreeSetting& in, std::span<const double> rates, const TreeStep& trees,
                         std::vector<Flow>& impulses) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   if (trees.stiffness.empty()) return;
-  in.memory.bias.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  in.memory.bias.resize(tree.moving().size());
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     Flow f = b.above >= 0 ? in.memory.bias[b.above] : Flow{};
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
       f += (rates[k] - trees.before[k]) * trees.columns[k];
@@ -160,7 +160,7 @@ void subtract_stiffness(const TreeSetting& in, std::span<const double> rates, co
 
 void make_slow_momenta(const TreeSetting& in, std::span<const double> rates, const TreeStep& trees,
                        std::vector<Flow>& momenta) {
-  momenta.resize(in.forest.bodies.size());
+  momenta.resize(in.tree.moving().size());
   make_flows(in, in.frames, in.start, rates, trees);
   for (std::size_t i = 0; i < momenta.size(); ++i)
     momenta[i] = momentum_of(trees.inertias[i], in.memory.flow[i]);

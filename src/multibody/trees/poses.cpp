@@ -116,9 +116,9 @@ Quat ball_in(const Model& model, const State& state, const TreeBody& b) {
 // Forward kinematics, parents first. Nothing is read from the poses of bodies beyond a joint.
 //
 // Poses of all bodies from the coordinates in the state, its poses of bases, and balls.
-void place_all(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+void place_all(const Model& model, const Tree& tree, const State& state, TreeStep& trees) {
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     TreePlace& place = trees.places[i];
     if (b.joint < 0) {
       place_freely(model, b, state, place, trees);
@@ -131,19 +131,19 @@ void place_all(const Model& model, const Forest& forest, const State& state, Tre
 }
 
 // After a step, and if the user has moved bodies.
-void write_poses(const Forest& forest, const TreeStep& trees, State& state) {
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    state.positions[forest.bodies[i].body] = trees.places[i].pose.position;
-    state.orientations[forest.bodies[i].body] = trees.places[i].pose.rotation;
+void write_poses(const Tree& tree, const TreeStep& trees, State& state) {
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    state.positions[tree.moving()[i].body] = trees.places[i].pose.position;
+    state.orientations[tree.moving()[i].body] = trees.places[i].pose.rotation;
   }
 }
 
 namespace {
 
-void read_balls(const Model& model, const Forest& forest, const State& state, TreeStep& trees) {
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-    if (forest.bodies[i].count > forest.bodies[i].dofs && forest.bodies[i].joint >= 0)
-      trees.places[i].ball = ball_in(model, state, forest.bodies[i]);
+void read_balls(const Model& model, const Tree& tree, const State& state, TreeStep& trees) {
+  for (std::size_t i = 0; i < tree.moving().size(); ++i)
+    if (tree.moving()[i].count > tree.moving()[i].dofs && tree.moving()[i].joint >= 0)
+      trees.places[i].ball = ball_in(model, state, tree.moving()[i]);
 }
 
 // Whether the user has moved a body to another pose than that of the coordinates. The vector of the
@@ -156,10 +156,10 @@ bool was_moved(const Model& model, const State& state, Index body, const Transfo
 }
 
 // Sizes are those of the model: memory is taken in the first step only.
-void resize(const Forest& forest, TreeStep& trees) {
-  trees.places.resize(forest.bodies.size());
-  trees.inertias.resize(forest.bodies.size());
-  const std::size_t n = forest.parent.size();
+void resize(const Tree& tree, TreeStep& trees) {
+  trees.places.resize(tree.moving().size());
+  trees.inertias.resize(tree.moving().size());
+  const std::size_t n = tree.parent().size();
   trees.columns.resize(n);
   trees.duals.resize(n);
   trees.drives.resize(n);
@@ -173,20 +173,20 @@ void resize(const Forest& forest, TreeStep& trees) {
 // stay as they are, so that to observe a state twice does not change it. Otherwise coordinates are fitted to
 // the relative poses of the bodies of each joint, as they are without trees. The base stays where it is, and
 // the bodies beyond it follow.
-static void find_places(const Model& model, const Forest& forest, State& state, TreeStep& trees) {
-  read_balls(model, forest, state, trees);
-  place_all(model, forest, state, trees);
+static void find_places(const Model& model, const Tree& tree, State& state, TreeStep& trees) {
+  read_balls(model, tree, state, trees);
+  place_all(model, tree, state, trees);
   const auto moved_body = [&](const TreePlace& place) {
-    return was_moved(model, state, forest.bodies[static_cast<std::size_t>(&place - trees.places.data())].body,
+    return was_moved(model, state, tree.moving()[static_cast<std::size_t>(&place - trees.places.data())].body,
                      place.pose);
   };
   if (std::any_of(trees.places.begin(), trees.places.end(), moved_body)) {
     BodyFrames frames(model.bodies());
     for (std::size_t i = 0; i < frames.size(); ++i) frames[i].pose = pose_in(state, static_cast<Index>(i));
     update_coordinates(model, frames, state);
-    read_balls(model, forest, state, trees);
-    place_all(model, forest, state, trees);
-    write_poses(forest, trees, state);
+    read_balls(model, tree, state, trees);
+    place_all(model, tree, state, trees);
+    write_poses(tree, trees, state);
   }
 }
 
@@ -194,7 +194,7 @@ static void find_places(const Model& model, const Forest& forest, State& state, 
 // changed the state meanwhile. The rotation of a ball is not in the state: it is found from poses, with other
 // rounding than that of the motion.
 void note_placed(const TreeSetting& in, const State& state) {
-  for (const TreeBody& b : in.forest.bodies)
+  for (const TreeBody& b : in.tree.moving())
     if (b.joint >= 0 && b.count > b.dofs) return;
   in.memory.placed.positions = state.positions;
   in.memory.placed.orientations = state.orientations;
@@ -210,21 +210,21 @@ static bool is_placed(const TreeSetting& in, const State& state) {
 
 void place_trees(const TreeSetting& in, State& state, TreeStep& trees) {
   const Model& model = in.model;
-  const Forest& forest = in.forest;
-  resize(forest, trees);
-  if (!is_placed(in, state)) find_places(model, forest, state, trees);
+  const Tree& tree = in.tree;
+  resize(tree, trees);
+  if (!is_placed(in, state)) find_places(model, tree, state, trees);
   in.memory.placed.coordinates.clear();
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
-    if (forest.bodies[i].joint >= 0) make_duals(model, forest.bodies[i], trees.places[i], trees);
+  for (std::size_t i = 0; i < tree.moving().size(); ++i)
+    if (tree.moving()[i].joint >= 0) make_duals(model, tree.moving()[i], trees.places[i], trees);
 }
 
 // As place() does for other joints. Only a ball needs the chain of its pose: its rotation vector is the error
 // of that chain.
 void place_tree_joints(const TreeSetting& in, const State& state, const TreeStep& trees,
                        JointContexts& joints) {
-  const Forest& forest = in.forest;
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  const Tree& tree = in.tree;
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     if (b.joint < 0) continue;
     const TreePlace& place = trees.places[i];
     JointContext& context = joints[b.joint];

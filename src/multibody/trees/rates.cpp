@@ -33,21 +33,21 @@ double drive_impulse(const TreeSetting& in, const TreeStep& trees, std::size_t k
 // Velocities of bodies from rates; in.memory.flow are the flows.
 void write_velocities(const TreeSetting& in, const BodyFrames& frames, std::span<const double> rates,
                       const TreeStep& trees, BodyVelocities& v) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   make_flows(in, frames, v, rates, trees);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
     const Flow& f = in.memory.flow[i];
     const TreePlace& place = trees.places[i];
-    v[forest.bodies[i].body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
+    v[tree.moving()[i].body] = {f.linear + cross(f.angular, place.centre - place.reference), f.angular};
   }
 }
 
 // Impulses along the coordinates of impulses on the bodies, which are summed along the trees: J' by the
 // columns. Bodies come after their parents, so that one pass from the last to the first suffices.
 void project(const TreeSetting& in, std::vector<Flow>& impulses, const TreeStep& trees) {
-  const Forest& forest = in.forest;
-  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
-    const TreeBody& b = forest.bodies[i];
+  const Tree& tree = in.tree;
+  for (std::size_t i = tree.moving().size(); i-- > 0;) {
+    const TreeBody& b = tree.moving()[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k)
       in.memory.along[k] = power(impulses[i], trees.columns[k]);
     if (b.above >= 0) impulses[b.above] += impulses[i];
@@ -58,11 +58,11 @@ void project(const TreeSetting& in, std::vector<Flow>& impulses, const TreeStep&
 
 // Parents and bodies as they move, relative to each other: an error of one joint does not reach the next one.
 // The rest of the spin after the dofs of a ball is that of the ball.
-void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,
-                const BodyVelocities& v, std::vector<double>& rates) {
-  rates.resize(forest.parent.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+void read_rates(const Tree& tree, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
+                std::vector<double>& rates) {
+  rates.resize(tree.parent().size());
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     if (b.joint < 0) {
       const BodyVelocity& base = v[b.body];
       const double values[6] = {base.linear.x,  base.linear.y,  base.linear.z,
@@ -102,15 +102,15 @@ double largest(std::span<const double> rates) {
 //
 // False: the rounds diverge, as coordinates turn too far within the step.
 bool find_rates(const TreeSetting& in, TreeStep& trees, std::vector<double>& rates) {
-  const Forest& forest = in.forest;
-  const std::size_t n = forest.parent.size();
+  const Tree& tree = in.tree;
+  const std::size_t n = tree.parent().size();
   in.memory.along.resize(n);
   const double fastest = std::max(trees.fastest, largest(rates));
   double last = INFINITY;
   for (int round = 0; round < most_rounds; ++round) {
     // The residual: the momenta before the step and all impulses, less the momenta after it.
     make_momenta(in, rates, in.h, trees, in.memory.impulse);
-    for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+    for (std::size_t i = 0; i < tree.moving().size(); ++i)
       in.memory.impulse[i] = trees.supply[i] - in.memory.impulse[i];
     subtract_stiffness(in, rates, trees, in.memory.impulse);
     project(in, in.memory.impulse, trees);
@@ -135,12 +135,12 @@ bool find_rates(const TreeSetting& in, TreeStep& trees, std::vector<double>& rat
 // them when the impulses of rows are foreseen, so that the search for contacts does without.
 static void supply_loads(const TreeSetting& in, const std::vector<BodyImpulse>& loads, TreeStep& trees) {
   const Model& model = in.model;
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   const double kick = in.kick();
-  trees.supply.resize(forest.bodies.size());
+  trees.supply.resize(tree.moving().size());
   const Vec3& gravity = model.description().gravity;
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const Index body = forest.bodies[i].body;
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const Index body = tree.moving()[i].body;
     const Vec3 weight = model.body(body).mass * model.body(body).gravity_scale * gravity;
     const Vec3 push = kick * weight + loads[body].force;
     const Vec3& turn = loads[body].torque;
@@ -159,15 +159,15 @@ static void supply_loads(const TreeSetting& in, const std::vector<BodyImpulse>& 
 //
 // in.memory.impulse: minus those that the bodies need over the kick to keep their rates.
 static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
-  const Forest& forest = in.forest;
-  in.memory.impulse.resize(forest.bodies.size());
+  const Tree& tree = in.tree;
+  in.memory.impulse.resize(tree.moving().size());
   const auto straight = [&](Index body) {
     return body < 0 ? Flow{} : Flow{-cross(in.start[body].angular, in.start[body].linear), {}};
   };
-  in.memory.flow.resize(forest.bodies.size());
-  in.memory.bias.resize(forest.bodies.size());
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  in.memory.flow.resize(tree.moving().size());
+  in.memory.bias.resize(tree.moving().size());
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     const Vec3& reference = trees.places[i].reference;
     Flow v = b.above >= 0 ? in.memory.flow[b.above] : flow_of(in.frames, in.start, b.parent, reference);
     Flow a = b.above >= 0 ? in.memory.bias[b.above] : straight(b.parent);
@@ -196,8 +196,8 @@ static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
 //
 //   E(s) = s <q', p> + s^2 / 2 <d, p> <= 0,   p = -K c(q, q'),   d = M^-1 p.
 static void limit_velocity_terms(const TreeSetting& in, TreeStep& trees) {
-  const Forest& forest = in.forest;
-  const std::size_t n = forest.parent.size();
+  const Tree& tree = in.tree;
+  const std::size_t n = tree.parent().size();
   subtract_velocity_terms(in, trees);
   project(in, in.memory.impulse, trees);
   std::vector<double>& change = in.memory.mean;
@@ -216,13 +216,13 @@ static void limit_velocity_terms(const TreeSetting& in, TreeStep& trees) {
 // contacts. It costs a third of a round with momenta over displacements.
 void make_free_tree_velocities(const TreeSetting& in, const std::vector<BodyImpulse>& loads, TreeStep& trees,
                                BodyVelocities& free) {
-  const Forest& forest = in.forest;
-  read_rates(forest, trees, in.frames, in.start, trees.before);
+  const Tree& tree = in.tree;
+  read_rates(tree, trees, in.frames, in.start, trees.before);
   supply_loads(in, loads, trees);
-  const std::size_t n = forest.parent.size();
+  const std::size_t n = tree.parent().size();
   in.memory.along.resize(n);
   subtract_velocity_terms(in, trees);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) in.memory.impulse[i] += trees.supply[i];
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) in.memory.impulse[i] += trees.supply[i];
   trees.slow_supply = in.memory.impulse;
   project(in, in.memory.impulse, trees);
   for (std::size_t k = 0; k < n; ++k) in.memory.along[k] += drive_impulse(in, trees, k, trees.before[k]);
@@ -237,17 +237,17 @@ void make_free_tree_velocities(const TreeSetting& in, const std::vector<BodyImpu
 // Joints do no work over two displacements in mean, if these are short: their forces are normal to the
 // motion in the pose between them. Coordinates that turn by radians within a step break this.
 static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   const double fastest = std::max(trees.fastest, largest(trees.free));
   if (!is_fast(in.h * fastest)) return false;
   make_momenta(in, trees.free, in.h, trees, in.memory.impulse);
   double energy = 0, work = 0;
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
     energy += power(in.memory.momenta[i], in.memory.chord_before[i]) +
               power(in.memory.impulse[i], in.memory.chord[i]);
     in.memory.impulse[i] = in.memory.impulse[i] - trees.supply[i];
   }
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i)
+  for (std::size_t i = 0; i < tree.moving().size(); ++i)
     work += power(in.memory.impulse[i], in.memory.chord[i]) +
             power(in.memory.impulse[i], in.memory.chord_before[i]);
   for (std::size_t k = 0; k < trees.free.size(); ++k)
@@ -260,8 +260,8 @@ static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
 // whose coordinates turn by radians. But where links unfold, a displacement is longer than its tangent. Rates
 // are scaled down until the displacement has no more energy than the one before it, plus the work of loads.
 static void project_momenta(const TreeSetting& in, TreeStep& trees) {
-  const Forest& forest = in.forest;
-  const std::size_t n = forest.parent.size();
+  const Tree& tree = in.tree;
+  const std::size_t n = tree.parent().size();
   in.memory.impulse = trees.supply;
   project(in, in.memory.impulse, trees);
   for (std::size_t k = 0; k < n; ++k) in.memory.along[k] += drive_impulse(in, trees, k, 0);
@@ -270,7 +270,7 @@ static void project_momenta(const TreeSetting& in, TreeStep& trees) {
   for (int round = 0; round < most_rounds; ++round) {
     make_momenta(in, trees.free, in.h, trees, in.memory.impulse);
     double had = 0, has = 0, work = 0;
-    for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
+    for (std::size_t i = 0; i < tree.moving().size(); ++i) {
       had += 0.5 * power(in.memory.momenta[i], in.memory.chord_before[i]);
       has += 0.5 * power(in.memory.impulse[i], in.memory.chord[i]);
       work += power(in.memory.loads[i], in.memory.chord[i]);
@@ -290,9 +290,9 @@ static void project_momenta(const TreeSetting& in, TreeStep& trees) {
 // step before they are those of the rates, which are then of this instant.
 void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, TreeStep& trees,
                              BodyVelocities& free) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   const Linkage& linkage = *trees.constrained->linkage;
-  const std::size_t n = forest.parent.size();
+  const std::size_t n = tree.parent().size();
   in.memory.pushed.assign(n, 0.0);
   trees.caused.assign(n, 0.0);
   if (!w.empty()) {
@@ -308,7 +308,7 @@ void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, T
   trees.slow = is_slow(in.h * std::max(trees.fastest, largest(trees.free)));
   if (trees.slow) {
     make_slow_momenta(in, trees.before, trees, trees.supply);
-    for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += trees.slow_supply[i];
+    for (std::size_t i = 0; i < tree.moving().size(); ++i) trees.supply[i] += trees.slow_supply[i];
     trees.free = in.memory.first;
     return;
   }
@@ -320,7 +320,7 @@ void foresee_tree_velocities(const TreeSetting& in, std::span<const double> w, T
     in.memory.chord_before = in.memory.flow;
   }
   in.memory.loads = trees.supply;
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) trees.supply[i] += in.memory.momenta[i];
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) trees.supply[i] += in.memory.momenta[i];
   const bool found = find_rates(in, trees, trees.free);
   if (found && !creates_energy(in, trees)) {
     for (std::size_t k = 0; k < n; ++k) trees.free[k] -= trees.caused[k];
@@ -341,11 +341,11 @@ static Vec3 origin_velocity(const TreeSetting& in, const TreeStep& trees, std::s
 void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const double> rates,
                 std::span<const double> rates_then, TreeStep& trees, State& state) {
   const Model& model = in.model;
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   const double h = in.h;
   const auto turn = [&](std::size_t k) { return h * Vec3{rates[k], rates[k + 1], rates[k + 2]}; };
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     if (b.joint < 0) {
       const Vec3 centre = trees.places[i].centre + turn(b.first);
       const Quat rotation = normalised(exponential(turn(b.first + 3)) * state.orientations[b.body]);
@@ -357,8 +357,8 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
     if (b.count > b.dofs)
       trees.places[i].ball = normalised(trees.places[i].ball * exponential(turn(b.first + b.dofs)));
   }
-  place_all(model, forest, state, trees);
-  write_poses(forest, trees, state);
+  place_all(model, tree, state, trees);
+  write_poses(tree, trees, state);
   note_placed(in, state);
   BodyFrames& moved = in.memory.frames;
   moved.resize(model.bodies());
@@ -366,8 +366,8 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
   after = v;
   for (std::size_t i = 0; i < moved.size(); ++i) moved[i].centre = in.frames[i].centre + h * v[i].linear;
   write_velocities(in, moved, rates_then, trees, after);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const Index body = forest.bodies[i].body;
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const Index body = tree.moving()[i].body;
     state.middle_velocities[body].linear = origin_velocity(in, trees, i);
     state.middle_velocities[body].angular = in.memory.flow[i].angular;
   }
@@ -377,16 +377,16 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
 // velocities of bodies do.
 void leave_tree_velocities(const TreeSetting& in, std::span<const double> ahead, const TreeStep& trees,
                            State& state) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   in.memory.mean = trees.after;
   bool stopped = true;
   for (const double rate : trees.after) stopped = stopped && rate == 0;
-  for (const TreeBody& b : forest.bodies)
+  for (const TreeBody& b : tree.moving())
     for (std::size_t k = b.first; k < b.first + b.count && !stopped; ++k)
       in.memory.mean[k] += ahead[b.body] * (trees.after[k] - trees.before[k]);
   write_velocities(in, in.memory.frames, in.memory.mean, trees, in.memory.velocities);
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const Index body = forest.bodies[i].body;
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const Index body = tree.moving()[i].body;
     MiddleVelocity& middle = state.middle_velocities[body];
     state.linear_velocities[body] = middle.left_linear = origin_velocity(in, trees, i);
     state.angular_velocities[body] = middle.left_angular = in.memory.flow[i].angular;
@@ -398,10 +398,10 @@ void leave_tree_velocities(const TreeSetting& in, std::span<const double> ahead,
 // A ball has the inertia of its drive here; its spring and damper are rows. Columns of a reversed joint are
 // -1 times the axes of A.
 void store_drive_impulses(const TreeSetting& in, const TreeStep& trees, State& state) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   const auto impulse = [&](std::size_t k) { return drive_impulse(in, trees, k, trees.after[k]); };
-  for (std::size_t i = 0; i < forest.bodies.size(); ++i) {
-    const TreeBody& b = forest.bodies[i];
+  for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
     if (b.joint < 0) continue;
     for (std::size_t j = 0; j < b.dofs; ++j)
       state.dof_impulses[b.first_dof + j].passive += impulse(b.first + j);

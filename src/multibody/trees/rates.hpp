@@ -9,8 +9,8 @@ namespace amontons {
 
 // The rates of the joints that fit given velocities: relative ones along the dofs. Velocities in locked
 // directions are left out.
-void read_rates(const Forest& forest, const TreeStep& trees, const BodyFrames& frames,
-                const BodyVelocities& v, std::vector<double>& rates);
+void read_rates(const Tree& tree, const TreeStep& trees, const BodyFrames& frames, const BodyVelocities& v,
+                std::vector<double>& rates);
 
 // Velocities of the bodies of trees after a step without impulses, nearly: for the search for contacts.
 // `loads`: impulses.

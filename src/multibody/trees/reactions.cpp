@@ -30,9 +30,9 @@ Screw locked_part(const ChainKinematics& chain, const std::array<Screw, 6>& dual
 // less its loads.
 void add_reactions(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
                    const TreeStep& trees, std::vector<JointWrench>& wrenches) {
-  const Forest& forest = in.forest;
-  for (std::size_t i = forest.bodies.size(); i-- > 0;) {
-    const TreeBody& b = forest.bodies[i];
+  const Tree& tree = in.tree;
+  for (std::size_t i = tree.moving().size(); i-- > 0;) {
+    const TreeBody& b = tree.moving()[i];
     const Vec3& O = trees.places[i].reference;
     Flow& f = in.memory.impulse[i];
     const double* row = &w[6 * static_cast<std::size_t>(b.body)];
@@ -64,7 +64,7 @@ void store_tree_reactions(const TreeSetting& in, const JointContexts& joints, st
     make_slow_momenta(in, trees.after, trees, in.memory.impulse);
   else
     make_momenta(in, trees.after, in.h, trees, in.memory.impulse);
-  for (std::size_t i = 0; i < in.forest.bodies.size(); ++i)
+  for (std::size_t i = 0; i < in.tree.moving().size(); ++i)
     in.memory.impulse[i] = in.memory.impulse[i] - trees.supply[i];
   add_reactions(in, joints, w, trees, state.joint_wrenches);
 }
@@ -73,13 +73,13 @@ void store_tree_reactions(const TreeSetting& in, const JointContexts& joints, st
 void add_tree_impacts(const TreeSetting& in, const JointContexts& joints, std::span<const double> w,
                       const ConstrainedBodies& masses, const TreeStep& trees,
                       std::vector<JointWrench>& wrenches) {
-  const Forest& forest = in.forest;
+  const Tree& tree = in.tree;
   std::vector<double> change;
   for (const Index i : masses.body) change.insert(change.end(), w.begin() + 6 * i, w.begin() + 6 * (i + 1));
   masses.apply(change.data());
-  in.memory.impulse.resize(forest.bodies.size());
+  in.memory.impulse.resize(tree.moving().size());
   for (std::size_t k = 0; k < masses.body.size(); ++k) {
-    const Index body = masses.body[k], i = forest.number[body];
+    const Index body = masses.body[k], i = tree.number()[body];
     const double* v = &change[6 * k];
     const Vec3 p = in.model.body(body).mass * Vec3{v[0], v[1], v[2]};
     in.memory.impulse[i] = {p, in.frames[body].inertia * Vec3{v[3], v[4], v[5]} +

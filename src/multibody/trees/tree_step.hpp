@@ -20,10 +20,10 @@
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/trees/flow.hpp"
-#include "multibody/trees/forest.hpp"
 
 namespace amontons {
 
@@ -77,7 +77,7 @@ struct TreeMemory {
 // (s; 0: there is none).
 struct TreeSetting {
   const Model& model;
-  const Forest& forest;
+  const Tree& tree;
   const BodyFrames& frames;
   const BodyVelocities& start;
   TreeMemory& memory;

@@ -34,7 +34,6 @@ struct ContactEvents {
 
 class StepClock;        // wall clock and budget of a step, step/clock.hpp
 class Tree;             // generalised coordinates, kinematics/tree.hpp
-struct Forest;          // bodies that move in coordinates of joints, trees/forest.hpp
 struct PositionErrors;  // at the start of a step, step/observe.hpp
 struct StepScratch;     // memory of a step, step/scratch.hpp
 struct StepSetting;     // constant during a step, step/setting.hpp
@@ -156,7 +155,6 @@ class Simulation {
 
   std::shared_ptr<const Model> model_;
   std::shared_ptr<const Tree> tree_;
-  std::shared_ptr<const Forest> forest_;
   SimulationOptions options_;
   State state_;
   // A copy takes these over with the state: results of the last step, with which the next one compares.
