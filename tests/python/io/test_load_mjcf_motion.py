@@ -1,38 +1,11 @@
 """MJCF files in motion: closed forms, and MuJoCo with a tiny step."""
 
-import math
-
 import amontons
 import numpy as np
 import pytest
 from mjcf import load, mujoco
-from scipy.integrate import quad
 
 PENDULUM = """<option timestep="1e-4" integrator="RK4"/><compiler angle="radian"/>"""
-
-
-# Breaks when a pendulum from a file has another period. T = 4 sqrt(I / (m g l)) K(sin(q0 / 2)), the integral
-# done numerically; a first-order step of h misses the time of a turn by O(h), here below 2 h.
-def test_pendulum_period(tmp_path):
-    body = """<body pos="0 0 2"><joint name="q" axis="0 1 0"/>
-    <geom type="capsule" fromto="0 0 -0.2 0 0 -1" size="0.05"/></body>"""
-    model, m = load(tmp_path, body, head=PENDULUM, tail='<keyframe><key name="k" qpos="1.2"/></keyframe>')
-    length = -m.body_ipos[1, 2]
-    moment = m.body_inertia[1, 1] + m.body_mass[1] * length**2
-    k2 = math.sin(0.6) ** 2
-    integral = quad(lambda x: 1 / math.sqrt(1 - k2 * math.sin(x) ** 2), 0, math.pi / 2)[0]
-    period = 4 * integral * math.sqrt(moment / (m.body_mass[1] * 9.81 * length))
-    h = 1e-3
-    sim = amontons.Simulation(model, dt=h, tolerance=1e-10)
-    sim.apply_keyframe("k")
-    turns, before = [], sim.kinematics.coordinate("q")
-    while len(turns) < 2:
-        sim.step()
-        now = sim.kinematics.coordinate("q")
-        if before > 0 >= now:
-            turns.append(sim.time - h * now / (now - before))
-        before = now
-    assert turns[1] - turns[0] == pytest.approx(period, abs=2 * h)
 
 
 TWO_LINKS = """<body name="upper" pos="0 0 2" euler="0 0 0.3"><joint name="a" axis="0 1 0" {a}/>
