@@ -41,7 +41,7 @@ UNSOLVED: dict[str, Spec] = {
 }  # fmt: skip
 SHOWN = {
     "B1 network": "lattice of 1000 parts on joints",
-    "B3 plates 1:100": "stack of 20 plates, masses 1:100",
+    "B3 plates 1:100": "stack of 20 plates, masses 1:100, soon asleep",
     "B4 wall under impact": "wall of 750 bricks hit by a ball",
     "B4 wall under impact, 1e-2": "the same wall, larger tolerance",
     "tracked vehicle": "tracked vehicle on loose slabs",

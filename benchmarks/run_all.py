@@ -67,7 +67,7 @@ PARTS = (
     program("simulation", limit=12),
     program("files", "files", "clarabel"),
     program("steps", "steps", "methods"),
-    program("growth", "growth", "stages", limit=12),
+    program("growth", "growth", "stages", limit=25),
     Part("kernel", (), ("kernel", "instruction_sets"), 10),
     program("performance_profile", "profile", limit=20),
     program("budgets"),
