@@ -163,6 +163,7 @@ def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
 def write_rows(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     """The rows, which have the same keys, as a CSV file with a header; floats with the digits that matter."""
     rows = list(rows)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
         writer.writeheader()

@@ -130,8 +130,10 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
 
 
 def staged(count: int, before: int = 20, steps: int = 5) -> Row:
-    """Microseconds per contact of each stage of a step: medians over steps of a settling pile. The tolerance is
-    coarse: solves of large piles would take minutes, and say nothing of the other stages."""
+    """Microseconds per contact of each stage of a step: medians over steps of a settling pile.
+
+    The tolerance is coarse: solves of large piles would take minutes, and say nothing of the other stages.
+    """
     model = amontons.scenes.get("spheres_in_box").make(count=count, mu=0.5)
     sim = amontons.Simulation(model, dt=1e-2, tolerance=COARSE, threads=1)
     for _ in range(before):
