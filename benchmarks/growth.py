@@ -7,7 +7,7 @@ settings where it is installed. The exponent of a family is the slope of log(tim
 over log(size) by least squares. All run in turns on one core; an engine leaves a family once a step takes too
 long.
 
-Writes stages.csv too: spheres with friction in a box, of about a thousand to a million contacts, and the
+Writes stages.csv too: spheres with friction that fall into a box, 300 to 300,000 of them, and the
 microseconds per contact of our collision, assembly, integration and solve; the last also per product. These
 are wall clock, so that they hold on an idle core only. --only stages measures nothing else.
 """
@@ -130,7 +130,7 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
 
 
 def staged(count: int, before: int = 20, steps: int = 5) -> Row:
-    """Microseconds per contact of each stage of a step: medians over steps of a settling pile.
+    """Microseconds per contact of each stage of a step: medians over steps of spheres that fall into a box.
 
     The tolerance is coarse: solves of large piles would take minutes, and say nothing of the other stages.
     """

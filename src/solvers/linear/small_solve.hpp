@@ -8,8 +8,7 @@
 namespace amontons {
 
 // Calls f with the size of a block. That of a contact is a constant: loops over its three rows unroll, and
-// its sums keep their terms and their order. The path of Coulomb's law spends an eighth of its work in such
-// loops, with the size as a variable.
+// its sums keep their terms and their order.
 template <class F>
 void with_size(int dim, F&& f) {
   dim == 3 ? f(std::integral_constant<int, 3>{}) : f(dim);

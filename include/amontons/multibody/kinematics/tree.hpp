@@ -55,8 +55,8 @@ class Tree {
   std::size_t nq() const { return nq_; }
   std::size_t nv() const { return nv_; }
 
-  // The bodies that a step moves in these coordinates, parents before children and each branch in one piece.
-  // Bodies without a joint that belongs to a tree are not listed, and none is without Model(trees="auto").
+  // The bodies that a step moves in these coordinates, parents before children and each branch in one piece:
+  // those with a joint that belongs to a tree. Empty unless Model(trees="auto").
   const std::vector<TreeBody>& moving() const { return moving_; }
   bool moves() const { return !moving_.empty(); }
   bool moves(std::size_t body) const { return moves() && number_[body] >= 0; }
