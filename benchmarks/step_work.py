@@ -68,7 +68,7 @@ STAGES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "second order": (("find_turns", "foresee_tree_velocities"), ()),
     "solve": (("find_rest", "solve_beside"), ("mj_fwdConstraint",)),
     "look ahead": (("ContactFinder::find_unforeseen",), ()),
-    "energy balance": (("energy_balance",), ()),
+    "energy balance": (("along_mean",), ()),
     "motion": (("move_on",), ("mj_implicitSkip", "mj_EulerSkip", "mj_RungeKutta")),
     "copies, checks, report": (
         ("State::operator=", "validate", "begin_with_velocities", "Simulation::keep_results",
