@@ -12,6 +12,7 @@ import contextlib
 import importlib.util
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -280,6 +281,7 @@ def main() -> None:
     parser.add_argument("--replays", action="store_true", help="pages with a play bar, in out/replays")
     options = parser.parse_args()
     mechanisms = [] if options.replays else [*recipes.EYES, MASONRY]
+    to_replay: list[str] = []
     for name in options.names or [*ROBOTS, *mechanisms, *scenes.names()]:
         needs = "coacd" if name in recipes.DECOMPOSED else "gymnasium" if name == "humanoid" else ""
         if needs and not importlib.util.find_spec(needs):
@@ -291,7 +293,9 @@ def main() -> None:
         elif not options.replays:
             picture(name)
         elif options.names or not (REPLAYS / f"{name}.html").exists():
-            replay(name)
+            to_replay.append(name)
+    with ProcessPoolExecutor(2) as pool:
+        list(pool.map(replay, to_replay))
     if not options.replays:
         PAGE.write_text(page())
         print(PAGE)

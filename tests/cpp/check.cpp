@@ -28,15 +28,31 @@ Test::Test(const char* file_, const char* name_, void (*run_)())
   last = &next;
 }
 
-void fail(const char* file, int line, const std::string& message) {
+void fail(const char* file, int line, std::string_view message) {
   failed = true;
-  std::fprintf(stderr, "%s:%d: %s\n", file, line, message.c_str());
+  std::fprintf(stderr, "%s:%d: %.*s\n", file, line, static_cast<int>(message.size()), message.data());
 }
 
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.17g", value);
   return text;
+}
+
+void fail_near(double a, double b, double tolerance, const char* text, const char* file, int line) {
+  fail(file, line,
+       std::string(text) + ": " + number(a) + " and " + number(b) + " differ by " + number(std::abs(a - b)) +
+           " > " + number(tolerance));
+}
+
+void fail_to_throw(const char* what, std::string_view substring, const char* text, const char* file,
+                   int line) {
+  if (!what)
+    fail(file, line, std::string(text) + " does not throw");
+  else if (std::string_view(what).find(substring) == std::string_view::npos)
+    fail(file, line,
+         std::string(text) + " throws \"" + what + "\", which does not contain \"" + std::string(substring) +
+             "\"");
 }
 
 }  // namespace check

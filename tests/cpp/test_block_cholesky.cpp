@@ -339,7 +339,7 @@ TEST(node_rows_have_the_same_bits_in_every_instruction_set) {
     Vector velocity(8 * nodes, 0.0), out(rows), H(4 * 9 + 8, 0.5);
     CALL(isa, scatter_rows, node_rows, z.data(), velocity.data());
     CALL(isa, gather_rows, node_rows, velocity.data(), out.data());
-    CALL(isa, add_outer_product, H.data(), 9, left.data(), left.data() + 8, 24, 3, 4);
+    CALL(isa, add_outer_product, (EightRows{H.data(), 9, 4}), left.data(), left.data() + 8, 24, 3);
     if (scattered.empty()) scattered = velocity, gathered = out, block = H;
     CHECK(velocity == scattered && out == gathered && H == block);
   }

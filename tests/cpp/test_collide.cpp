@@ -362,7 +362,7 @@ TEST(points_along_a_given_normal) {
   std::vector<ContactPoint> points;
   const auto along = [&](const Shape& shape, const Vec3& at) -> const std::vector<ContactPoint>& {
     points.clear();
-    collide_along(up, shape, {at, {}}, slab, {{0, 0, -0.5}, {}}, 0.01, points);
+    collide_along(up, {shape, {at, {}}}, {slab, {{0, 0, -0.5}, {}}}, 0.01, points);
     return points;
   };
   CHECK(along(Sphere{0.1}, {1.02, 0, 0.1}).empty());

@@ -76,12 +76,12 @@ void collide(const Shape& a, const Transform& frame_a, const Shape& b, const Tra
   for (std::size_t i = before; i < points.size(); ++i) points[i].normal = -points[i].normal;
 }
 
-void collide_along(const Vec3& normal, const Shape& a, const Transform& frame_a, const Shape& b,
-                   const Transform& frame_b, double margin, std::vector<ContactPoint>& points) {
-  const Vec3& origin = frame_a.position;
+void collide_along(const Vec3& normal, const collision::Posed& a, const collision::Posed& b, double margin,
+                   std::vector<ContactPoint>& points) {
+  const Vec3& origin = a.frame.position;
   const std::size_t before = points.size();
-  collision::clip_features(collision::make_convex(a, frame_a, origin),
-                           collision::make_convex(b, frame_b, origin), normal, nullptr, margin, points);
+  collision::clip_features(collision::make_convex(a.shape, a.frame, origin),
+                           collision::make_convex(b.shape, b.frame, origin), normal, nullptr, margin, points);
   for (std::size_t i = before; i < points.size(); ++i) points[i].point += origin;
 }
 

@@ -3,16 +3,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "amontons/collision/narrow/contact_point.hpp"
-#include "amontons/collision/shapes/shapes.hpp"
+#include "amontons/collision/pairs/collide.hpp"
 
 namespace amontons::collision {
-
-// A shape with its pose: `frame` transforms its coordinates to the world.
-struct Posed {
-  const Shape& shape;
-  const Transform& frame;
-};
 
 // Appends the contact points of two shapes with a gap of at most `margin` (m), in world coordinates; the
 // normals point from b to a. The rows in collide.cpp define the kinds that a and b may have.

@@ -24,20 +24,19 @@ double taken(double c, double inverse_mass, double h) {
 
 }  // namespace
 
-void add_fluid_loads(const Model& model, const BodyFrames& frames, const BodyMobilities& mobility,
-                     const State& state, double kick, std::vector<BodyImpulse>& loads,
-                     std::vector<unsigned char>& stopped) {
+void add_fluid_loads(const Model& model, const StepBodies& bodies, const State& state, double kick,
+                     std::vector<BodyImpulse>& loads, std::vector<unsigned char>& stopped) {
   stopped.assign(model.bodies(), 0);
   const Fluid& fluid = model.description().fluid;
   if (fluid.density == 0 && fluid.viscosity == 0) return;
   for (const FluidBox& box : model.description().fluid_boxes) {
     if (!model.is_dynamic(box.body)) continue;
-    const Transform frame = frames[box.body].pose * box.frame;
-    const Vec3 arm = frame.position - frames[box.body].centre;
+    const Transform frame = bodies.frames[box.body].pose * box.frame;
+    const Vec3 arm = frame.position - bodies.frames[box.body].centre;
     const Vec3& omega = state.angular_velocities[box.body];
     const Vec3 flow = state.linear_velocities[box.body] +
-                      cross(omega, frame.position - frames[box.body].pose.position) - fluid.wind;
-    const BodyMobility& w = mobility[box.body];
+                      cross(omega, frame.position - bodies.frames[box.body].pose.position) - fluid.wind;
+    const BodyMobility& w = bodies.mobility[box.body];
     const std::array<double, 3> b{box.size.x, box.size.y, box.size.z};
     const double mean = (b[0] + b[1] + b[2]) / 3;
     double all = 0, lost = 0;  // twice the energies of the motion and of the velocities that drag takes

@@ -281,7 +281,7 @@ void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Pas
     next = p.end;
     if (is_static_only(reach.model.geom(y).shape)) continue;
     points_.clear();
-    collide_along(p.normal, reach.model.geom(x).shape, frames_[x], reach.model.geom(y).shape, frames_[y],
+    collide_along(p.normal, {reach.model.geom(x).shape, frames_[x]}, {reach.model.geom(y).shape, frames_[y]},
                   reach_of_pair(reach, x, y) + c.material.rest_offset, points_);
     for (ContactPoint& point : points_) {
       if (!p.a_passes) point.normal = -point.normal;

@@ -61,10 +61,11 @@ bool stiffen(const Mat3& inertia, Mat3& S, Mat3& inverse_inertia) {
 // K of a body is the sum over its joints, with the force of each in the last step: F on A, -F on B, at the
 // origin of frame_a. Contact forces are left out: they do not turn with a body. Compressive forces have
 // negative K and are no stiff springs; eigenvalues below 1 are not changed.
-bool stiffen_rotations(const Model& model, const State& state, double h, double kick,
-                       const BodyFrames& frames, const JointContexts& joints, std::vector<Mat3>& added,
-                       BodyMobilities& mobility) {
-  if (state.impulse_step <= 0 || model.joints() == 0) return false;
+void stiffen_rotations(const Model& model, const State& state, double square, const BodyFrames& frames,
+                       const JointContexts& joints, Stiffened& stiffened) {
+  auto& [mobility, added, any] = stiffened;
+  any = false;
+  if (state.impulse_step <= 0 || model.joints() == 0) return;
   added.assign(frames.size(), Mat3{});
   const auto add = [&](Index body, const Vec3& point, const Vec3& F) {
     if (model.is_dynamic(body)) added[body] = added[body] + stiffness(point - frames[body].centre, F);
@@ -77,10 +78,9 @@ bool stiffen_rotations(const Model& model, const State& state, double h, double 
     add(joint.body_b, pose.a.position, -F);
   }
   // The forces are those of the last step. A force within a single step is no spring.
-  bool any = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     Mat3& S = added[i];
-    S = h * kick * S;
+    S = square * S;
     // No eigenvalue exceeds |S| |I^-1| in Frobenius' norm; this test makes other bodies cheap.
     const bool maybe = frobenius_squared(S) * frobenius_squared(mobility[i].inverse_inertia) > 1;
     if (!maybe) S = Mat3{};
@@ -88,7 +88,6 @@ bool stiffen_rotations(const Model& model, const State& state, double h, double 
     mobility[i].stiffened = true;
     any = true;
   }
-  return any;
 }
 
 }  // namespace amontons

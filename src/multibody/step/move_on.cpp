@@ -38,7 +38,7 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts,
                  step.options.threads);
   const double least = least_slip(step, solved);
-  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, step.options.threads, state.contacts);
+  keep_for_warm_start({*posed.problem, x, o.contacts, least}, o.frames, step.options.threads, state.contacts);
   carry_asleep(step.asleep, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
   store_slips(posed.rows, *posed.problem, solved.solution, least, state);

@@ -76,7 +76,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
     o.loads[i].force += kick * o.held.forces[i];
     o.loads[i].torque += kick * o.held.torques[i];
   }
-  add_fluid_loads(model, o.frames, o.mobility, state, kick, o.loads, o.stopped);
+  add_fluid_loads(model, o.bodies(), state, kick, o.loads, o.stopped);
   add_bond_loads(model, o.frames, state, kick, o.loads);
   make_free_velocities(step, o);
   foresee(o);
@@ -93,8 +93,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
 
 void stiffen(const StepSetting& step, const State& state, const Observed& o, Stiffened& stiffened) {
   stiffened.mobility = o.mobility;
-  stiffened.any = stiffen_rotations(step.model, state, step.h, step.kick(), o.frames, o.joints,
-                                    stiffened.inertia, stiffened.mobility);
+  stiffen_rotations(step.model, state, step.h * step.kick(), o.frames, o.joints, stiffened);
 }
 
 void end_impacts(const StepSetting& step, bool bounced, const State& state, const Stiffened& stiffened,

@@ -6,6 +6,7 @@
 #include "multibody/bodies/middle.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "multibody/joints/stiffening.hpp"
 #include "multibody/step/clock.hpp"
 #include "multibody/step/setting.hpp"
 #include "multibody/trees/tree_step.hpp"
@@ -26,13 +27,6 @@ struct StepMemory {
     std::vector<Quat> orientations;
   } placed;
   TreeMemory trees;
-};
-
-// Mobility with light links stiffened, in force after the impacts, and what their inertias gain.
-struct Stiffened {
-  BodyMobilities mobility;
-  std::vector<Mat3> inertia;
-  bool any = false;
 };
 
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its

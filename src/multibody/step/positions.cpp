@@ -193,9 +193,11 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
 // Smaller errors stay, so that resting bodies do not move.
 double allowed_error(double length) { return step::policy.allowed_error * length; }
 
-static bool correct_positions(const StepSetting& step, const BodyMobilities& mobility, Observed& observed,
-                              StepClock& clock, Elimination& elimination, State& state, StepSums& sums) {
-  const PositionInput in{step, observed, mobility};
+static bool correct_positions(const StepSetting& step, StepClock& clock, StepScratch& scratch, State& state,
+                              StepSums& sums) {
+  Observed& observed = scratch.observed;
+  Elimination& elimination = scratch.position_elimination;
+  const PositionInput in{step, observed, scratch.stiffened.mobility};
   const double error = largest_error(in, state), h = in.h;
   if (!(error > allowed_error(in.length))) return false;
   const BodyVelocities rest(in.frames.size());
@@ -243,15 +245,15 @@ static bool correct_positions(const StepSetting& step, const BodyMobilities& mob
   return true;
 }
 
-bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state, Observed& o,
-             Stiffened& stiffened, StepSums& sums) {
-  stiffen(step, state, o, stiffened);
+bool correct(const StepSetting& step, StepClock& clock, StepScratch& scratch, State& state, StepSums& sums) {
+  Observed& o = scratch.observed;
+  stiffen(step, state, o, scratch.stiffened);
   if (step.options.recovery != Recovery::projection || clock.short_of_time ||
-      !correct_positions(step, stiffened.mobility, o, clock, elimination, state, sums))
+      !correct_positions(step, clock, scratch, state, sums))
     return false;
   clock.lap(&Timings::assembly);
   observe(step, clock, state, o);
-  stiffen(step, state, o, stiffened);
+  stiffen(step, state, o, scratch.stiffened);
   return true;
 }
 

@@ -1,7 +1,7 @@
 // Stage 2 of a step: position errors are removed by displacing bodies, not by giving them velocities.
 #pragma once
-#include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/step/observe.hpp"
+#include "multibody/step/scratch.hpp"
 #include "multibody/step/step_sums.hpp"
 
 namespace amontons {
@@ -14,7 +14,6 @@ double allowed_error(double length);
 // tension are moved along it, not folded: light links are stiffened before, and in any case for the rest of
 // the step. Velocities of centres of mass stay, and so do angular momenta unless that would create energy.
 // Returns whether anything moved.
-bool correct(const StepSetting& step, StepClock& clock, Elimination& elimination, State& state,
-             Observed& observed, Stiffened& stiffened, StepSums& sums);
+bool correct(const StepSetting& step, StepClock& clock, StepScratch& scratch, State& state, StepSums& sums);
 
 }  // namespace amontons

@@ -136,23 +136,22 @@ void measure(const Problem& problem, Law law, Solution& s, unsigned threads) {
   s.residual = residual(problem, law, s.x, s.u);
 }
 
-Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
-                std::span<const double> last, Status status, Monitor& monitor) {
+Solution finish(const Problem& problem, const Options& options, End end, Monitor& monitor) {
   Solution s;
-  s.x = std::move(x);
+  s.x = std::move(end.x);
   measure(problem, law_of(problem, options), s, options.threads);
   ++monitor.products;
   const bool reached = s.residual <= options.tolerance;
   // A method that reports convergence may miss the tolerance by the rounding of its updates.
-  s.status = reached ? Status::converged : status == Status::converged ? Status::stalled : status;
-  if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !last.empty() &&
-      infeasible(problem, law_of(problem, options), s.x, s.u, last))
+  s.status = reached ? Status::converged : end.status == Status::converged ? Status::stalled : end.status;
+  if ((s.status == Status::stalled || s.status == Status::iteration_limit) && !end.last.empty() &&
+      infeasible(problem, law_of(problem, options), s.x, s.u, end.last))
     s.status = Status::infeasible;
   s.iterations = monitor.iterations();
   s.products = monitor.products;
   s.factorizations = monitor.factorizations;
   s.time = monitor.elapsed();
-  s.method = method;
+  s.method = end.method;
   s.history = std::move(monitor.history);
   return s;
 }

@@ -139,20 +139,6 @@ AMONTONS_INLINE void direction_of_batch(const PassData& data, std::size_t i, dou
   }
 }
 
-// The same for joint rows, whose step alpha / p g has no De Saxce term: g = u.
-template <bool momentum>
-AMONTONS_INLINE void direction_of_joints(const PassData& data, const JointBatch& batch, int lane, int part,
-                                         std::size_t at, double alpha, LaneSums<4>& sums) {
-  const Vec x = load((momentum ? data.y : data.x) + at), u = load((momentum ? data.u_y : data.u) + at);
-  const Vec p = load(batch.p + lane);
-  const Vec d = clip(x - alpha * load(batch.p_inverse + lane) * u, batch, lane) - x, dd = d * d;
-  store(data.d + at, d);
-  sums.v[0][part] += d * u;
-  sums.v[1][part] += p * dd;
-  sums.v[2][part] += load(batch.compliance + lane) * dd;
-  if constexpr (momentum) sums.v[3][part] += p * (d * (x - load(data.x + at)));
-}
-
 // The direction pass of a chunk: d of a block of batches, then D'd of that block while d is in the cache.
 // Contacts come first, then joint rows.
 template <bool coulomb, bool compliant, bool momentum>
@@ -168,11 +154,19 @@ PassSums direction(const PassData& data, const Chunk& chunk, double alpha) {
       scatter_batch(data, i, data.d);
     }
   }
-  for_each_joint(data, chunk,
-                 [&](const JointBatch& batch, int lane, int part, std::size_t at)
-                     __attribute__((always_inline)) {
-                       direction_of_joints<momentum>(data, batch, lane, part, at, alpha, sums);
-                     });
+  // The same for joint rows, whose step alpha / p g has no De Saxce term: g = u.
+  for_each_joint(
+      data, chunk,
+      [&](const JointBatch& batch, int lane, int part, std::size_t at) __attribute__((always_inline)) {
+        const Vec x = load((momentum ? data.y : data.x) + at), u = load((momentum ? data.u_y : data.u) + at);
+        const Vec p = load(batch.p + lane);
+        const Vec d = clip(x - alpha * load(batch.p_inverse + lane) * u, batch, lane) - x, dd = d * d;
+        store(data.d + at, d);
+        sums.v[0][part] += d * u;
+        sums.v[1][part] += p * dd;
+        sums.v[2][part] += load(batch.compliance + lane) * dd;
+        if constexpr (momentum) sums.v[3][part] += p * (d * (x - load(data.x + at)));
+      });
   scatter_joints(data, chunk, data.d + data.joint_offset);
   return {{sums.total(0), sums.total(1), sums.total(2), sums.total(3)}};
 }

@@ -47,10 +47,14 @@ void in_parts(ThreadPool& pool, std::size_t n, const F& f) {
 // Entries 0 .. n - 1 by key, ties in their order: list[first[k]] .. are value(entry) of key k. Every thread
 // reads all entries and owns the keys of a range, so that it counts and places without the others.
 // make_list(size) returns the memory of the list.
+struct KeyedEntries {
+  std::size_t n, keys;
+  std::vector<std::uint32_t>&first, &place;
+};
 template <class Key, class Value, class MakeList>
-void sort_by_key(ThreadPool& pool, std::size_t n, std::size_t keys, const Key& key, const Value& value,
-                 const MakeList& make_list, std::vector<std::uint32_t>& first,
-                 std::vector<std::uint32_t>& place) {
+void sort_by_key(ThreadPool& pool, const KeyedEntries& entries, const Key& key, const Value& value,
+                 const MakeList& make_list) {
+  const auto& [n, keys, first, place] = entries;
   const std::size_t owners = std::min<std::size_t>(pool.threads(), keys);
   const auto own_keys = [&](const auto& f) {
     pool.run(owners, [&](std::size_t owner) {
@@ -147,9 +151,9 @@ bool DeviceLayout::find_places(const Problem& problem, ThreadPool& pool) {
   const auto sort = [&](std::size_t from, std::size_t count, std::vector<Index>& of) {
     of.resize(count);
     sort_by_key(
-        pool, count, bodies + 1, [&](std::size_t e) { return key_[from + e]; },
+        pool, {count, bodies + 1, starts_, place_}, [&](std::size_t e) { return key_[from + e]; },
         [](std::size_t e) { return static_cast<std::uint32_t>(e); },
-        [&](std::size_t) { return reinterpret_cast<std::uint32_t*>(of.data()); }, starts_, place_);
+        [&](std::size_t) { return reinterpret_cast<std::uint32_t*>(of.data()); });
   };
   sort(0, contacts, contact_of);
   sort(contacts, rows, row_of);
@@ -182,14 +186,14 @@ void DeviceLayout::make_lists(ThreadPool& pool) {
   const auto key_of = [&](std::size_t at) { return line[at] == 0 ? no_key : line[at]; };
   // Contacts with arms: entry 2 c + side.
   sort_by_key(
-      pool, stored ? 0 : 2 * contacts, bodies + 1,
+      pool, {stored ? 0 : 2 * contacts, bodies + 1, starts_, place_},
       [&](std::size_t e) { return key_of(e % 2 * stride + e / 2); },
       [](std::size_t e) { return static_cast<std::uint32_t>(e); },
-      [&](std::size_t n) { return contact_list.resize(n, memory_), contact_list.data(); }, starts_, place_);
+      [&](std::size_t n) { return contact_list.resize(n, memory_), contact_list.data(); });
   // Rows of D: those of stored contacts, three each, then the single rows; entry 2 place + side.
   const std::size_t of_contacts = stored ? 6 * contacts : 0;
   sort_by_key(
-      pool, of_contacts + 2 * rows, bodies + 1,
+      pool, {of_contacts + 2 * rows, bodies + 1, row_starts_, place_},
       [&](std::size_t e) {
         return e < of_contacts ? key_of(e % 2 * stride + e / 6)
                                : key_of(2 * stride + e % 2 * row_stride + (e - of_contacts) / 2);
@@ -199,7 +203,7 @@ void DeviceLayout::make_lists(ThreadPool& pool) {
             e < of_contacts ? e / 2 % 3 * stride + e / 6 : 3 * stride + (e - of_contacts) / 2;
         return static_cast<std::uint32_t>(2 * component + e % 2);
       },
-      [&](std::size_t n) { return row_list.resize(n, memory_), row_list.data(); }, row_starts_, place_);
+      [&](std::size_t n) { return row_list.resize(n, memory_), row_list.data(); });
 }
 
 // Long lists are divided into parts, and their bodies get empty lists.

@@ -48,11 +48,10 @@ void combine_rows(const double* R, int dim, const double* D, double* G, int lane
 
 // H_qc += sum_i left_iq right_ic for q = 0 .. 7: the last ones of left are padding zeros, so that whole
 // registers serve any node.
-void add_outer_product(double* H, int stride, const double* left, const double* right, int lanes, int dim,
-                       int columns) {
-  for (int c = 0; c < columns; ++c)
+void add_outer_product(EightRows H, const double* left, const double* right, int lanes, int dim) {
+  for (int c = 0; c < H.columns; ++c)
     for (int q = 0; q < 8; q += width) {
-      double* to = H + (std::ptrdiff_t)c * stride + q;
+      double* to = H.at + (std::ptrdiff_t)c * H.stride + q;
       LooseVec column = *(const LooseVec*)to;
       for (int i = 0; i < dim; ++i) column += *(const LooseVec*)(left + lanes * i + q) * right[lanes * i + c];
       *(LooseVec*)to = column;

@@ -22,11 +22,17 @@ inline void subtract_scaled(double* __restrict y, const double* __restrict x, do
   for (; i < n; ++i) y[i] -= a * x[i];
 }
 
-// Columns [p, end) of the rows [p, n), left-looking inside the panel. The earlier columns of the panel are
+// Columns [p, end) of a matrix of n rows, whose columns are `stride` numbers apart.
+struct Panel {
+  int n, stride, p, end;
+};
+
+// A panel in the rows [p, n), left-looking inside the panel. The earlier columns of the panel are
 // subtracted from column j, which is then divided by the root of its pivot. A pivot that is not positive
 // (rounding in a semidefinite matrix) becomes 1e100: its column nearly vanishes, and with it the part of a
 // solution along it.
-int factor_panel(double* A, int n, int stride, int p, int end) {
+int factor_panel(double* A, Panel panel) {
+  const auto [n, stride, p, end] = panel;
   int replaced = 0;
   for (int j = p; j < end; ++j) {
     double* column = A + (std::ptrdiff_t)j * stride;
@@ -47,7 +53,8 @@ int factor_panel(double* A, int n, int stride, int p, int end) {
 
 // The same for an unsymmetric matrix, with its lower triangle in A and its transposed upper one in B: A = L,
 // B = U'. Both are divided by the root of the pivot's size; U takes its sign.
-int factor_both_panels(double* A, double* B, int n, int stride, int p, int end) {
+int factor_both_panels(double* A, double* B, Panel panel) {
+  const auto [n, stride, p, end] = panel;
   int replaced = 0;
   for (int j = p; j < end; ++j) {
     double *l = A + (std::ptrdiff_t)j * stride, *u = B + (std::ptrdiff_t)j * stride;
@@ -94,18 +101,21 @@ inline void tile(double* C, int stride, const double* L, const double* B, int de
 }
 
 // The same at the ends of the matrix, for incomplete tiles.
-inline void tile_small(double* C, int stride, const double* L, const double* B, int depth, int rows,
-                       int columns) {
-  for (int j = 0; j < columns; ++j)
-    for (int i = 0; i < rows; ++i) {
+struct Size {
+  int rows, columns, depth;
+};
+inline void tile_small(double* C, int stride, const double* L, const double* B, Size size) {
+  for (int j = 0; j < size.columns; ++j)
+    for (int i = 0; i < size.rows; ++i) {
       double sum = C[(std::ptrdiff_t)j * stride + i];
-      for (int k = 0; k < depth; ++k) sum -= L[(std::ptrdiff_t)k * stride + i] * B[4 * k + j];
+      for (int k = 0; k < size.depth; ++k) sum -= L[(std::ptrdiff_t)k * stride + i] * B[4 * k + j];
       C[(std::ptrdiff_t)j * stride + i] = sum;
     }
 }
 
 // A (i, j) -= sum over the columns k of the panel of A (i, k) B (j, k), for i >= j >= end.
-void subtract_panel(double* A, const double* B, int front, int stride, int p, int end, double* pack) {
+void subtract_panel(double* A, const double* B, Panel panel, double* pack) {
+  const auto [front, stride, p, end] = panel;
   const int depth = end - p;
   // Rows [end, front) of the panel of B, transposed into strips of 4 columns: a tile reads its factor as one
   // stream, in order.
@@ -125,14 +135,14 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
       const int wide = front - j < 4 ? front - j : 4;
       // 16 rows at a time, or 8 if fewer are left; the remainder entry by entry.
       if (wide < 4) {
-        tile_small(C, stride, L + i, strip, depth, rows, wide);
+        tile_small(C, stride, L + i, strip, {rows, wide, depth});
       } else if (rows == 16) {
         tile<16>(C, stride, L + i, strip, depth);
       } else if (rows >= 8) {
         tile<8>(C, stride, L + i, strip, depth);
-        tile_small(C + 8, stride, L + i + 8, strip, depth, rows - 8, 4);
+        tile_small(C + 8, stride, L + i + 8, strip, {rows - 8, 4, depth});
       } else {
-        tile_small(C, stride, L + i, strip, depth, rows, 4);
+        tile_small(C, stride, L + i, strip, {rows, 4, depth});
       }
     }
   }
@@ -143,9 +153,9 @@ void subtract_panel(double* A, const double* B, int front, int stride, int p, in
 int partial_cholesky(double* A, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int p = 0; p < columns; p += front_panel) {
-    const int end = p + front_panel < columns ? p + front_panel : columns;
-    replaced += factor_panel(A, front, stride, p, end);
-    subtract_panel(A, A, front, stride, p, end, pack);
+    const Panel panel{front, stride, p, p + front_panel < columns ? p + front_panel : columns};
+    replaced += factor_panel(A, panel);
+    subtract_panel(A, A, panel, pack);
   }
   return replaced;
 }
@@ -153,10 +163,10 @@ int partial_cholesky(double* A, int front, int stride, int columns, double* pack
 int partial_lu(double* A, double* B, int front, int stride, int columns, double* pack) {
   int replaced = 0;
   for (int p = 0; p < columns; p += front_panel) {
-    const int end = p + front_panel < columns ? p + front_panel : columns;
-    replaced += factor_both_panels(A, B, front, stride, p, end);
-    subtract_panel(A, B, front, stride, p, end, pack);
-    subtract_panel(B, A, front, stride, p, end, pack);
+    const Panel panel{front, stride, p, p + front_panel < columns ? p + front_panel : columns};
+    replaced += factor_both_panels(A, B, panel);
+    subtract_panel(A, B, panel, pack);
+    subtract_panel(B, A, panel, pack);
   }
   return replaced;
 }

@@ -183,8 +183,8 @@ bool QuasidefiniteFactor::factor() {
     if (!AMONTONS_DISPATCH(invert_root_six, pivot, sign_[k])) return false;
     const std::size_t first = first_slot(k), count = last_slot(k) - first;
     if (count == 0) continue;
-    AMONTONS_DISPATCH(eliminate_six, pivot, &blocks_[area * first], count, sign_[k], target, diagonal_.data(),
-                      blocks_.data());
+    AMONTONS_DISPATCH(eliminate_six, pivot, &blocks_[area * first], count, sign_[k],
+                      PairTargets{target, diagonal_.data(), blocks_.data()});
     target += count * (count + 1) / 2;
   }
   return true;

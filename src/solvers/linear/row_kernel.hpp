@@ -11,6 +11,13 @@ constexpr std::size_t factor_stride(std::size_t m) {
   return (m + factor_columns - 1) / factor_columns * factor_columns;
 }
 
+// The 6 x 6 blocks that pairs of blocks change, in the order of the pairs: t in `blocks`, or -1 - t in
+// `diagonal`.
+struct PairTargets {
+  const std::ptrdiff_t* next;
+  double *diagonal, *blocks;
+};
+
 // Loops along rows of small dense matrices. Entries are independent of each other, and the terms of each are
 // added in one order, so that all instruction sets give the same bits.
 AMONTONS_FOR_EACH_ISA(
@@ -25,10 +32,8 @@ AMONTONS_FOR_EACH_ISA(
     // positive.
     bool invert_root_six(double* A, double s);
     // For a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
-    // and the blocks that pairs of them change, C -= s B_a'B_c. Each pair has the next target: in `diagonal`
-    // (-1 - t) or in `blocks` (t).
-    void eliminate_six(const double* X, double* own, std::size_t count, double s,
-                       const std::ptrdiff_t* target, double* diagonal, double* blocks);
+    // and the blocks that pairs of them change, C -= s B_a'B_c.
+    void eliminate_six(const double* X, double* own, std::size_t count, double s, PairTargets to);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // y += A'x, A of `rows` rows of n numbers.

@@ -178,10 +178,13 @@ inline void exchange(double* a, double* b, std::size_t n) {
   });
 }
 
-// The panel of P L U that begins at row and column p. Columns to its right change only by exchanges of rows.
-// Its columns are processed one after the other, so that loops run along them.
-bool factor_panel(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, std::size_t p,
-                  std::size_t count, double* columns) {
+// The panel of P L U that begins at row and column p, with `count` columns. Columns to its right change only
+// by exchanges of rows. Its columns are processed one after the other, so that loops run along them.
+struct Panel {
+  std::size_t m, stride, p, count;
+};
+bool factor_panel(double* A, std::size_t* pivots, Panel panel, double* columns) {
+  const auto [m, stride, p, count] = panel;
   const std::size_t n = m - p;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t c = 0; c < count; ++c) columns[n * c + i] = A[stride * (p + i) + p + c];
@@ -300,13 +303,13 @@ bool invert_root_six(double* A, double s) {
 
 // All X B come first, because pairs read two of them. Targets follow the upper half by rows, including the
 // diagonal.
-void eliminate_six(const double* X, double* own, std::size_t count, double s, const std::ptrdiff_t* target,
-                   double* diagonal, double* blocks) {
+void eliminate_six(const double* X, double* own, std::size_t count, double s, PairTargets to) {
   for (std::size_t a = 0; a < count; ++a) multiply_lower(X, own + 36 * a);
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t c = a; c < count; ++c) {
-      const std::ptrdiff_t t = *target++;
-      subtract_product(own + 36 * a, own + 36 * c, s, t < 0 ? diagonal + 36 * (-1 - t) : blocks + 36 * t);
+      const std::ptrdiff_t t = *to.next++;
+      subtract_product(own + 36 * a, own + 36 * c, s,
+                       t < 0 ? to.diagonal + 36 * (-1 - t) : to.blocks + 36 * t);
     }
 }
 
@@ -372,7 +375,7 @@ void add_outer(double* N, const double* L, const double* T, std::size_t count, s
 bool factor_rows(double* A, std::size_t* pivots, std::size_t m, std::size_t stride, double* columns) {
   for (std::size_t p = 0; p < m; p += panel_columns) {
     const std::size_t end = p + panel_columns;
-    if (!factor_panel(A, pivots, m, stride, p, end < m ? panel_columns : m - p, columns)) return false;
+    if (!factor_panel(A, pivots, {m, stride, p, end < m ? panel_columns : m - p}, columns)) return false;
     if (end >= m) break;
     // Rows of U in these columns, and their contribution to all rows below.
     for (std::size_t k = p + 1; k < end; ++k)

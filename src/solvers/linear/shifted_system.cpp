@@ -283,8 +283,8 @@ void ShiftedSystem::assemble_bodies() {
         const std::size_t left = slot->transposed ? j : i, right = slot->transposed ? i : j;
         const int columns = start_[own[right] + 1] - start_[own[right]];
         const auto add = [&](const std::span<double> to, const double* of_left, const double* of_right) {
-          AMONTONS_DISPATCH(add_outer_product, &to[slot->offset], slot->stride, of_left + 8 * left,
-                            of_right + 8 * right, lanes, block.dim, columns);
+          AMONTONS_DISPATCH(add_outer_product, EightRows{&to[slot->offset], slot->stride, columns},
+                            of_left + 8 * left, of_right + 8 * right, lanes, block.dim);
         };
         add(H, G, PG);
         if (!symmetric) add(U, PG, G);

@@ -123,11 +123,18 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
 void form_velocities(const Problem& problem, Solution& s, unsigned threads = 1);
 void measure(const Problem& problem, Law law, Solution& s, unsigned threads = 1);
 
+// What a method ends with: its best x. After a failed solve `last`, the last iterate, serves to find a
+// certificate of infeasibility, because it diverges along one. An empty `last` skips this search.
+struct End {
+  const char* method;
+  Status status;
+  std::vector<double> x;
+  std::span<const double> last;
+};
+
 // Ends every solve. Forms u and the residual of x by a fresh product. A residual at or below the tolerance
-// gives `converged`, whatever stopped the method. After a failed solve `last`, the last iterate, serves to
-// find a certificate of infeasibility, because it diverges along one. An empty `last` skips this search.
-Solution finish(const Problem& problem, const Options& options, const char* method, std::vector<double> x,
-                std::span<const double> last, Status status, Monitor& monitor);
+// gives `converged`, whatever stopped the method.
+Solution finish(const Problem& problem, const Options& options, End end, Monitor& monitor);
 
 // InputError if d'Ad is negative beyond rounding, relative to d'Pd: A is then not positive semidefinite.
 void require_curvature(double dAd, double dPd);
@@ -233,8 +240,9 @@ class Driven final : public Run {
       method_->last(last);
     }
     if (kept_) method_->best(best_);
-    Solution s = amontons::finish(problem_, options_, Method::name, std::move(best_), last,
-                                  status_.value_or(Status::stalled), monitor_);
+    Solution s =
+        amontons::finish(problem_, options_,
+                         {Method::name, status_.value_or(Status::stalled), std::move(best_), last}, monitor_);
     s.iterations = iterations();
     return s;
   }
