@@ -37,9 +37,11 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, O
   options.deadline = std::max(moment, budget.left());
   const Time start = std::chrono::steady_clock::now();
   Solution s;
-  // Rows and masses that a user's solver would read are not all of A beside trees. The step of a derivative reads none.
-  s.x = has_trees(problem) && !solver.simulation.trusts_method ? solver.simulation.own_method(as_matrix(problem), options)
-                                             : solver.simulation.own_method(problem, options);
+  // Rows and masses that a user's solver would read are not all of A beside trees. That of HeldStep reads
+  // none.
+  s.x = has_trees(problem) && !solver.simulation.trusts_method
+            ? solver.simulation.own_method(as_matrix(problem), options)
+            : solver.simulation.own_method(problem, options);
   AMONTONS_REQUIRE(s.x.size() == problem.rows(),
                    "method " + solver.simulation.method + " returned " + std::to_string(s.x.size()) +
                        " impulses but the problem has " + std::to_string(problem.rows()) + " rows");
