@@ -94,9 +94,9 @@ class CoulombPath : public VectorIterate {
   std::optional<double> step() {
     monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
-    // Near its end a worse residual is due to rounding, as R' mixes digits (algorithm.md, 37). Newton's
-    // method continues from there.
-    const bool rounded = curve_.t() < second_order::policy.rounding && !monitor.improved();
+    // Near its end a worse residual is due to rounding, as R' mixes digits (algorithm.md, 36). Other
+    // methods continue from there.
+    const bool rounded = curve_.t() < second_order::policy.path_rounding && !monitor.improved();
     if (rounded || !curve_.step() ||
         curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
       return std::nullopt;

@@ -6,8 +6,8 @@
 namespace amontons::second_order {
 
 struct Policy {
-  // Rounding (relative): of a best residual, of t near the end of the path of Coulomb's law, and of sqrt(t)
-  // at its end. A proximal term of this size keeps the pivots of a singular A.
+  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
+  // proximal term of this size keeps the pivots of a singular A.
   double rounding = 1e-12;
 
   // Interior point.
@@ -20,6 +20,11 @@ struct Policy {
   // rises by many powers of ten. A shorter step comes from an iterate squeezed against the boundary, as later
   // ones would.
   double collapse = 1e4;
+  // Rounding of t (units of the path): below it the path of Coulomb's law ends with a step that does not lower
+  // the residual. Body space mixes digits, and t stays near 1e-11 for tens of steps. With 1e-12 dominoes that
+  // fall (benchmarks/robots.py) take 1.2 times the factorisations. With 1e-8 FCLIB files take 1.2 times the
+  // products to 1e-6.
+  double path_rounding = 1e-9;
 
   // Newton's method.
 
