@@ -114,14 +114,11 @@ def test_dominoes_that_jam_do_not_hold_a_step_up(mu):
     assert all(report.converged for report in reports)
 
 
-# Breaks when Newton's method, with its iterations of a first-order method after each failed step, comes before
-# the frozen path (679,521 products), or when the path of Coulomb's law goes on in its rounding (11,958
-# factorisations).
+# Breaks when Newton's method, with 300 first-order iterations after each failed step, comes before the frozen
+# path: 162,018 products.
 def test_a_long_run_of_dominoes_does_not_repeat_what_fails():
     sim = simulate("domino_run", {"count": 30, "mu": 0.55})
-    reports = [sim.step() for _ in range(300)]
-    assert sum(report.factorizations for report in reports) < 11_000
-    assert sum(report.products for report in reports) < 300_000
+    assert sum(sim.step().products for _ in range(300)) < 130_000
 
 
 def test_hopper_empties():

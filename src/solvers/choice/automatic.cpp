@@ -72,9 +72,9 @@ Field first_order(bool held) {
 }
 
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
-// unsymmetric, twice the work of symmetric ones. The frozen path takes several paths of symmetric matrices and
-// continues where the path of coulomb stops. With many contacts that path has many folds, and the frozen one
-// comes first. Newton's method finds the faces that stop them.
+// unsymmetric, twice the work of symmetric ones. The frozen path takes several paths of symmetric matrices
+// and continues where the path of coulomb stops. With many contacts that path has many folds, and the frozen
+// one comes first. Newton's method finds the faces that stop them.
 void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
   const double path = choice::policy.path_factorizations;
   Field of_path{{.start = start_central_path,

@@ -11,7 +11,6 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named = name_policy("second_order", {{"fraction", &policy.fraction},
                                                                         {"collapse", &policy.collapse},
                                                                         {"rounding", &policy.rounding},
-                                                                        {"path_rounding", &policy.path_rounding},
                                                                         {"burst", &policy.burst},
                                                                         {"halvings", &policy.halvings},
                                                                         {"inexact", &policy.inexact}});

@@ -6,8 +6,8 @@
 namespace amontons::second_order {
 
 struct Policy {
-  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
-  // proximal term of this size keeps the pivots of a singular A.
+  // Rounding (relative): of a best residual, of t near the end of the path of Coulomb's law, and of sqrt(t)
+  // at its end. A proximal term of this size keeps the pivots of a singular A.
   double rounding = 1e-12;
 
   // Interior point.
@@ -20,11 +20,6 @@ struct Policy {
   // rises by many powers of ten. A shorter step comes from an iterate squeezed against the boundary, as later
   // ones would.
   double collapse = 1e4;
-  // Rounding of t (units of the path): below it the path of Coulomb's law ends with a step that does not lower
-  // the residual. Body space mixes digits, and t stays near 1e-11 for tens of steps. With 1e-12 dominoes that
-  // fall (benchmarks/robots.py) take 1.2 times the factorisations. With 1e-8 FCLIB files take 1.2 times the
-  // products to 1e-6.
-  double path_rounding = 1e-9;
 
   // Newton's method.
 
@@ -35,14 +30,10 @@ struct Policy {
   // Halvings of a step (count): F is no gradient, and a step that fails at an eighth of its length rarely
   // succeeds at less.
   int halvings = 3;
-  // Inexactness (relative to the residual): of a Newton step by GMRES. It vanishes with the residual, so that
-  // steps become Newton steps. A step of three correct digits reduces the residual by up to three. A path
-  // with the De Saxce term held has as many, because its term is only as exact.
+  // Inexactness (relative to the residual): of a path with the De Saxce term held, because its term is only
+  // as exact.
   double inexact = 1e-3;
 };
-// Size (vectors, stored twice): of the Krylov space. If so many do not give three digits, the burst after a
-// failed step is a better use of the time.
-inline constexpr int krylov = 40;
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;
 
