@@ -13,6 +13,7 @@ from duplicates import Pair, find, without_comments
 ROOT = Path(__file__).resolve().parent.parent
 CPP, CORE, PYTHON = ("include", "src", "bindings", "fmu"), ("include", "src"), ("python/amontons",)
 P90, LONGEST, COMPLEXITY, COMMENTS = 35, 70, 20, 0.18
+PARAMETERS = 6  # of functions of the core; others mirror the options of a call
 # Pairs of files that may say the same, and why; the names are starts of paths.
 BOILERPLATE: dict[tuple[str, str], str] = {
     ("python/amontons/cli/", "python/amontons/cli/"): "the options of a command are its signature",
@@ -28,6 +29,7 @@ class Function:
     name: str
     lines: int
     complexity: int
+    parameters: int
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,11 @@ def functions(root: Path, paths: Sequence[Path]) -> list[Function]:
         # lizard takes the && of a forwarding reference for an operator.
         text = re.sub(r"\bauto\s*&&", "auto&", path.read_text())
         for f in lizard.analyze_file.analyze_source_code(str(path), text).function_list:
-            found.append(Function(f"{name}:{f.start_line}", f.name, f.length, f.cyclomatic_complexity))
+            found.append(
+                Function(
+                    f"{name}:{f.start_line}", f.name, f.length, f.cyclomatic_complexity, f.parameter_count
+                )
+            )
     return found
 
 
@@ -91,6 +97,9 @@ def function_faults(kind: str, found: Sequence[Function]) -> Iterator[str]:
     for f in sorted(found, key=lambda f: -f.complexity):
         if f.complexity > COMPLEXITY:
             yield f"{f.place}: {f.name} has complexity {f.complexity}; at most {COMPLEXITY}: divide it"
+    for f in found:
+        if f.parameters > PARAMETERS and f.place.startswith(CORE):
+            yield f"{f.place}: {f.name} has {f.parameters} parameters; at most {PARAMETERS}: pass a value"
 
 
 def text_faults(core: Text) -> Iterator[str]:

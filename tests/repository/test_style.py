@@ -40,6 +40,11 @@ def test_tree_at_the_limits_passes(tmp_path):
     [
         ("src/a.cpp", with_comments(cpp_function(71)), "src/a.cpp:72: f has 71 lines; at most 70"),
         ("bindings/a.cpp", cpp_function(30, 20), "bindings/a.cpp:1: f has complexity 21; at most 20"),
+        (
+            "src/a.cpp",
+            with_comments("void f(int a, int b, int c, int d, int e, int g, int h) {}\n"),
+            "src/a.cpp:2: f has 7 parameters; at most 6",
+        ),
         ("include/amontons/a.hpp", with_comments(cpp_function(36)), "C++: a tenth of the functions has"),
         ("python/amontons/a.py", "def f(k):\n" + "    k += 1\n" * 70, "a.py:1: f has 71 lines"),
         ("src/a.cpp", "int k;\n" * 9 + "// Why.\n", "10.0% of the lines are comments; at least 18%: 1 lines"),

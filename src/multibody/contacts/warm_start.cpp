@@ -26,18 +26,26 @@ void rows_of(const Contact& c, const CarriedContact& last, double scale, double*
 // Stores only contacts with an impulse, since others start from zero anyway. `local` identifies the point
 // again, in the frame of the moving body (A), as features of a body move with it. Sorted by pair, so that the
 // next step finds a pair by bisection.
+//
+// An impulse in the frame of its contact and back has other last bits, and those of a contact at rest would
+// drift.
 void keep_for_warm_start(const SolvedContacts& solved, const BodyFrames& bodies, unsigned threads,
                          std::vector<CarriedContact>& kept) {
   const auto& contacts = std::get<ContactSystem>(solved.problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &solved.x[solved.problem.graph.first_row[i]]; };
   static thread_local std::vector<PairKey> memory;
   std::vector<PairKey>& keys = memory;  // on another thread `memory` is that thread's
+  static thread_local std::vector<CarriedContact> of_last_step;
+  std::vector<CarriedContact>& last = of_last_step;
+  last.swap(kept);
   sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
   kept.resize(keys.size());
   for_entries(threads, keys.size(), [&](std::size_t k) {
     const std::size_t i = keys[k].contact;
     const Contact& c = contacts[i];
-    const auto [linear, angular] = to_world(c, rows_of_contact(i));
+    const Index same = solved.same[i];
+    const auto [linear, angular] = same >= 0 ? ContactImpulse{last[same].impulse, last[same].angular_impulse}
+                                             : to_world(c, rows_of_contact(i));
     const Contact& result = solved.contacts[i];
     const double slip = result.state == ContactState::slip ? norm(result.slip) : 0;
     // A contact may be at its limit without slipping.
@@ -66,10 +74,10 @@ void match(const Model& model, std::span<const CarriedContact> last, const Trans
     was[0] = 0;
     return;
   }
-  // One of several is the same if it moved by less than a part of the smaller shape.
+  // One of several is the same if it moved by less than half of the smaller shape.
   const auto [a, b] = pair_of(contacts[0]);
-  const double reach = contacts::policy.nearest *
-                       std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  const double reach =
+      0.5 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
   matches.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Vec3 local = to_local(contacts[i].point);

@@ -11,11 +11,13 @@ namespace amontons {
 
 // The solution x of a problem. `contacts` have the results of the step, which supply slip and state. A slip
 // up to `least` (m/s) is an error of the solve: contacts that share their friction may be at their limit and
-// stick.
+// stick. `same`: per contact the number in the kept ones, on entry, of the one whose impulse it keeps to the
+// bit; -1: none.
 struct SolvedContacts {
   const Problem& problem;
   std::span<const double> x;
   const std::vector<Contact>& contacts;
+  std::span<const Index> same;
   double least;
 };
 

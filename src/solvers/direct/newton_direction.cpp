@@ -2,16 +2,15 @@
 
 #include <algorithm>
 
-#include "solvers/direct/block_equation.hpp"
 #include "solvers/linear/row_kernel.hpp"
 #include "solvers/linear/small_solve.hpp"
+#include "solvers/second_order/block_equation.hpp"
 
 namespace amontons {
 
-bool NewtonDirection::solve(const Reduction::Island& island, Law law, const std::vector<double>& p,
-                            double sigma, const std::vector<double>& x, const std::vector<double>& u,
+bool NewtonDirection::solve(const Reduction::Island& island, const NewtonPoint& at, double sigma,
                             std::vector<double>& dx) {
-  linearise(island, law, p, x, u);
+  linearise(island, at);
   if (!island.thin.empty()) return solve_by_rates(island.thin, sigma, dx);
   take_bounds(island, dx);
   const std::size_t rows = rhs_.size(), stride = factor_stride(rows);
@@ -29,15 +28,14 @@ bool NewtonDirection::solve(const Reduction::Island& island, Law law, const std:
   return true;
 }
 
-void NewtonDirection::linearise(const Reduction::Island& island, Law law, const std::vector<double>& p,
-                                const std::vector<double>& x, const std::vector<double>& u) {
+void NewtonDirection::linearise(const Reduction::Island& island, const NewtonPoint& at) {
   linear_.resize(island.K.blocks());
   for_each_block(island.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     Linear& l = linear_[block];
     l.row = row;
     l.dim = S::dim;
-    l.p = p[block];
-    block_equation(set, law, l.p, &x[row], &u[row], l.F, l.G, l.H);
+    l.p = at.p[block];
+    block_equation(set, at.law, {l.p, &at.x[row], &at.u[row]}, {l.F, l.G, l.H});
     l.acts = std::any_of(l.H, l.H + S::dim * S::dim, [](double h) { return h != 0; });
   });
 }

@@ -7,6 +7,12 @@
 
 namespace amontons {
 
+// The point of a step, with a mass p per block.
+struct NewtonPoint {
+  Law law;
+  const std::vector<double>&p, &x, &u;
+};
+
 // The direction dx of a step of Newton's method for the VI of an island, docs/algorithm.md (32). Each block
 // has an equation F(x, u) = 0, u = W x + q (block_equation.hpp), and dF = G dx + H du:
 //
@@ -23,9 +29,8 @@ namespace amontons {
 // is all that is factored: one row per coordinate, however many contacts there are.
 class NewtonDirection {
  public:
-  // p: a mass per block. False if the matrix is singular.
-  bool solve(const Reduction::Island& island, Law law, const std::vector<double>& p, double sigma,
-             const std::vector<double>& x, const std::vector<double>& u, std::vector<double>& dx);
+  // False if the matrix is singular.
+  bool solve(const Reduction::Island& island, const NewtonPoint& at, double sigma, std::vector<double>& dx);
   // Multiplications of the last solve.
   std::uint64_t work() const { return work_; }
 
@@ -36,8 +41,7 @@ class NewtonDirection {
     double p, F[6], G[36], H[36];
   };
 
-  void linearise(const Reduction::Island& island, Law law, const std::vector<double>& p,
-                 const std::vector<double>& x, const std::vector<double>& u);
+  void linearise(const Reduction::Island& island, const NewtonPoint& at);
   void take_bounds(const Reduction::Island& island, std::vector<double>& dx);
   void fill(const Reduction::Island& island, double sigma);
   template <bool adds>

@@ -6,14 +6,16 @@
 namespace amontons::second_order {
 
 struct Policy {
-  // Rounding (relative): of a best residual, of t near the end of the path of Coulomb's law, and of sqrt(t)
-  // at its end. A proximal term of this size keeps the pivots of a singular A.
+  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
+  // proximal term of this size keeps the pivots of a singular A. In the direct way also the natural map that
+  // bilateral rows may leave, the least compliance of such a row in K, and the floor of the diagonal of W.
+  // Redundant rows then have a pivot far above the terms that cancel there.
   double rounding = 1e-12;
 
   // Interior point.
 
   // Step (relative to the distance to the boundary): on the boundary the scaling does not exist, and a step
-  // that ends much nearer leaves the next one no room.
+  // that ends much nearer leaves the next one no room. With 0.99 B3_s10 stalls (test_reference_files).
   double fraction = 0.995;
   // Collapse (ratio): growth of the residual over the best one, or shortening of a step, that ends the path.
   // While it converges the residual may rise for a few steps. At the end W is all rounding, and the residual
@@ -30,14 +32,10 @@ struct Policy {
   // Halvings of a step (count): F is no gradient, and a step that fails at an eighth of its length rarely
   // succeeds at less.
   int halvings = 3;
-  // Inexactness (relative to the residual): of a Newton step by GMRES. It vanishes with the residual, so that
-  // steps become Newton steps. A step of three correct digits reduces the residual by up to three. A path
-  // with the De Saxce term held has as many, because its term is only as exact.
+  // Inexactness (relative to the residual): of a path with the De Saxce term held, because its term is only
+  // as exact.
   double inexact = 1e-3;
 };
-// Size (vectors, stored twice): of the Krylov space. If so many do not give three digits, the burst after a
-// failed step is a better use of the time.
-inline constexpr int krylov = 40;
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;
 

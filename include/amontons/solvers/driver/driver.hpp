@@ -123,7 +123,7 @@ double objective(const Problem& problem, const std::vector<double>& x, const std
 void form_velocities(const Problem& problem, Solution& s, unsigned threads = 1);
 void measure(const Problem& problem, Law law, Solution& s, unsigned threads = 1);
 
-// What a method ends with: its best x. After a failed solve `last`, the last iterate, serves to find a
+// The results of a method; x is its best. After a failed solve `last`, the last iterate, serves to find a
 // certificate of infeasibility, because it diverges along one. An empty `last` skips this search.
 struct End {
   const char* method;

@@ -20,11 +20,21 @@
 
 namespace amontons {
 
+// Where the equation of a block is taken, and where its values go.
+struct BlockPoint {
+  double p;
+  const double *x, *u;
+};
+struct BlockEquation {
+  double *F, *G, *H;
+};
+
 // Equation and derivative of the natural map.
 template <class S>
-void linearise_natural(const S& set, Law law, double p, const double* x, const double* u, double* F,
-                       double* G, double* H) {
+void linearise_natural(const S& set, Law law, const BlockPoint& at, const BlockEquation& to) {
   constexpr int d = S::dim;
+  const auto& [p, x, u] = at;
+  const auto& [F, G, H] = to;
   double g[d], step[d], y[d];
   add_de_saxce_term(set, law, u, g);
   for (int k = 0; k < d; ++k) {
@@ -53,8 +63,9 @@ void linearise_natural(const S& set, Law law, double p, const double* x, const d
 // u^ = x . u, |x^_t| <= x_n. The scaled step 1 / q uses the mean coefficient. A row without friction has no
 // impulse.
 template <int d>
-void linearise_coulomb(const double* mu, double p, const double* x, const double* u, double* F, double* G,
-                       double* H) {
+void linearise_coulomb(const double* mu, const BlockPoint& at, const BlockEquation& to) {
+  const auto& [p, x, u] = at;
+  const auto& [F, G, H] = to;
   std::fill_n(G, d * d, 0.0);
   std::fill_n(H, d * d, 0.0);
   const double n = x[0] - u[0] / p;
@@ -101,14 +112,13 @@ std::array<double, d - 1> coefficients(const EllipticFriction<d>& set) {
 
 // The equation of a block under a law.
 template <class S>
-void block_equation(const S& set, Law law, double p, const double* x, const double* u, double* F, double* G,
-                    double* H) {
+void block_equation(const S& set, Law law, const BlockPoint& at, const BlockEquation& to) {
   if constexpr (requires { coefficients(set); })
     if (law == Law::coulomb) {
-      linearise_coulomb<S::dim>(coefficients(set).data(), p, x, u, F, G, H);
+      linearise_coulomb<S::dim>(coefficients(set).data(), at, to);
       return;
     }
-  linearise_natural(set, law, p, x, u, F, G, H);
+  linearise_natural(set, law, at, to);
 }
 
 }  // namespace amontons
