@@ -79,7 +79,8 @@ struct Stages {
   StepClock clock{infinity};
   StepSums sums;
   State state;
-  Elimination elimination, others;
+  Elimination elimination;
+  PositionMemory positions;
   Observed observed;
   StepProblem posed;
   Solved solved;
@@ -116,7 +117,7 @@ struct Stages {
   }
   void before_solve() {
     observe();
-    correct(step, clock, others, state, observed, stiffened, sums);
+    correct(step, clock, positions, state, observed, stiffened, sums);
     end_impacts(step, resolve_impacts(step, solver, state, observed), state, stiffened, observed);
     pose(step, clock, state, observed, posed);
   }
@@ -152,13 +153,13 @@ TEST(observe_finds_what_free_velocities_close) {
 TEST(correct_displaces_and_keeps_velocities) {
   Stages s(box_at(-0.02));
   s.observe();
-  CHECK(correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums));
+  CHECK(correct(s.step, s.clock, s.positions, s.state, s.observed, s.stiffened, s.sums));
   CHECK(s.sums.solves == 1);
   CHECK_NEAR(s.state.positions[0].z, 0.5, 0.02 * 2e-3 + allowed_error(s.model->length()));
   CHECK_NEAR(norm(s.state.linear_velocities[0]), 0, 0);
   CHECK(s.observed.contacts.size() == 4);
   for (const Contact& c : s.observed.contacts) CHECK_NEAR(c.gap, s.state.positions[0].z - 0.5, 1e-12);
-  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums));
+  CHECK(!correct(s.step, s.clock, s.positions, s.state, s.observed, s.stiffened, s.sums));
 }
 
 // Breaks when a slider that is drawn into its table is corrected in vain in each step, which takes a robot
@@ -173,7 +174,7 @@ TEST(overlaps_that_a_joint_holds_are_not_corrected) {
   Stages s(d);
   s.observe();
   CHECK(s.observed.errors.penetration > 0.01);
-  CHECK(!correct(s.step, s.clock, s.others, s.state, s.observed, s.stiffened, s.sums) && s.sums.solves == 0);
+  CHECK(!correct(s.step, s.clock, s.positions, s.state, s.observed, s.stiffened, s.sums) && s.sums.solves == 0);
 }
 
 // Newton's law of impact: u+ = -e u-, impulse m (1 + e) u-. Breaks when free velocities do not follow the

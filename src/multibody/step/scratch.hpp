@@ -3,6 +3,7 @@
 
 #include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/step/observe.hpp"
+#include "multibody/step/positions.hpp"
 #include "multibody/step/step_problem.hpp"
 
 namespace amontons {
@@ -16,8 +17,10 @@ struct StepScratch {
   Stiffened stiffened;
   StepMemory memory;
   ContactFinder finder;
-  // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
-  Elimination elimination, position_elimination, impact_elimination;
+  PositionMemory positions;
+  // Each kind of problem has an own one, because it stores the mechanism: that of the step has all bilateral
+  // rows.
+  Elimination elimination, impact_elimination;
 };
 
 }  // namespace amontons

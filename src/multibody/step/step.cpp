@@ -76,8 +76,8 @@ void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
-  auto& [observed, posed, solved, stiffened, kept, finder, elimination, position_elimination,
-         impact_elimination] = *scratch_;
+  auto& [observed, posed, solved, stiffened, kept, finder, positions, elimination, impact_elimination] =
+      *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
@@ -101,7 +101,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (options_.max_iterations == 0)
     budget.limit_work(
         most_work(observed.contacts.size() + last_.asleep.contacts.size() + 6 * model.joints()));
-  const bool corrected = correct(step, clock, position_elimination, state_, observed, stiffened, sums);
+  const bool corrected = correct(step, clock, positions, state_, observed, stiffened, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
   speeds.moving += h * norm(model.description().gravity);
