@@ -15,13 +15,11 @@ struct SurfaceMotion {
   Vec3 linear, spin;
 };
 
-inline SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b,
+inline SurfaceMotion surface_motion(const Model& model, Index a, const Transform& frame_a, Index b,
                                     const Transform& frame_b, const BodyFrames& bodies) {
-  const auto moves = [](const Geom& g) {
-    return !(g.surface_velocity == Vec3{} && g.surface_spin == Vec3{});
-  };
-  if (!moves(a) && !moves(b)) return {};
-  const auto of = [&](const Geom& geom, const Transform& frame) {
+  if (!model.outline(a).conveys && !model.outline(b).conveys) return {};
+  const auto of = [&](Index g, const Transform& frame) {
+    const Geom& geom = model.geom(g);
     const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
     return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
   };
