@@ -13,6 +13,7 @@
 #include "amontons/base/error.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/derivatives/held_faces.hpp"
+#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -28,6 +29,7 @@ struct HeldStep::Shared {
   Law law;
   std::vector<std::unique_ptr<HeldFaces>> faces;
   double length = 0;   // of the model (m)
+  double fall = 0;     // |g| of the model (m/s^2)
   double closing = 0;  // with which a step closes the overlaps that changes make (m/s)
   bool closed = false;
   std::mutex mutex;
@@ -77,6 +79,7 @@ HeldStep::HeldStep(const Simulation& simulation) : shared_(std::make_shared<Shar
                    "there was no step yet that could be held; call step() first");
   shared_->law = simulation.options().law;
   shared_->length = simulation.model().length();
+  shared_->fall = norm(simulation.model().description().gravity);
   const auto& problem = simulation.problem();
   // A step without rows has no problem, and no faces.
   if (problem && simulation.impulses().size() == problem->rows())
@@ -88,7 +91,9 @@ SimulationOptions HeldStep::options(SimulationOptions given, double reach) const
   given.own_method = [shared = shared_](const Problem& problem, const Options& options) {
     return shared->solve(problem, options);
   };
-  given.held = reach;
+  given.trusts_method = true;
+  // Beside them, the overlaps that a contact at rest has.
+  given.closing_at_once = step::policy.closing * given.dt * shared_->fall + shared_->closing;
   given.warm_start = false;  // a start within the tolerance would be taken for the solution
   given.max_substeps = 1;
   given.threads = 1;

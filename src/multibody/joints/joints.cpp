@@ -110,20 +110,21 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   const double damping = in.options.dampers ? ball.ball_damping : 0;
   const bool driven = ball.ball_stiffness > 0 || damping > 0 || inertia > 0;
   const Vec3 before = inertia > 0 ? drive_spin_before(in, joint) : Vec3{};
+  const double bound = kick * ball.ball_friction / s;
+  // The state holds the sum of friction, spring and damper. The rate at the start gives the latter, and the
+  // rest is the start of friction.
+  Vec3 friction = last / s;
   for (int k = 0; driven && k < 3; ++k) {
     const JacobianRow row = rotation_row(axis(k));
-    const Drive drive{
-        ball.ball_stiffness, r[k], damping, inertia, before[k], 0, row_velocity(row, in.bodies.start) / s};
-    if (const auto terms = drive_terms(drive, s, inverse_effective_mass(row, in.bodies), in.options))
-      rows.append(Bilateral{}, row, *terms, last[k] / s, tag_of(RowKind::ball, k));
+    const double rate = row_velocity(row, in.bodies.start);
+    const Drive drive{ball.ball_stiffness, r[k], damping, inertia, before[k], 0, rate / s};
+    if (const auto terms = drive_terms(drive, s, inverse_effective_mass(row, in.bodies), in.options)) {
+      friction[k] = std::clamp(friction[k] + (rate + terms->c) / terms->compliance, -bound, bound);
+      rows.append(Bilateral{}, row, *terms, last[k] / s - friction[k], tag_of(RowKind::ball, k));
+    }
   }
-
-  // Friction. The state holds the sum of friction, spring and damper; the latter take all of it as their
-  // start.
-  const double bound = kick * ball.ball_friction / s;
   for (int k = 0; bound > 0 && k < 3; ++k)
-    append_bounded(bound, {rotation_row(axis(k)), driven ? 0 : last[k] / s, tag_of(RowKind::ball, k)}, {0, 0},
-                   rows);
+    append_bounded(bound, {rotation_row(axis(k)), friction[k], tag_of(RowKind::ball, k)}, {0, 0}, rows);
 
   // r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 the direction is undefined, but no
   // limit is that small.

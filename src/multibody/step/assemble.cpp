@@ -142,7 +142,7 @@ void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& 
     const ContactImpulse u = relative_motion(c, free);
     to_rows(c, u.linear, u.angular, c.moment_length, b);
     const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
-                                      -c.gap <= options.held ? options.held / options.h : 0});
+                                      -c.gap <= options.h * options.at_once ? options.at_once : 0});
     b[0] += contact_bias(c, b[0], recovery, options);
     const double E = contact_compliance(c.material, options);
     if (E > 0 && !options.impact) hold_tangents(c, E, b);

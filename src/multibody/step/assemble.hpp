@@ -13,8 +13,8 @@ struct Assembly {
   bool impact = false;             // require u_n = -e u_n^- instead of closing gaps
   // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
   double closing = 0, most_closed = 0;
-  double held = 0;   // m: overlaps up to it are closed within the step (derivatives/held_step.hpp)
-  double slack = 0;  // m: smaller gaps and overlaps count as zero
+  double at_once = 0;            // m/s: overlaps that it closes within the step are closed so
+  double slack = 0;              // m: smaller gaps and overlaps count as zero
   const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
   unsigned threads = 1;          // 0: one per core; results do not depend on it
 };

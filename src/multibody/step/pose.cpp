@@ -30,7 +30,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
           .most_closed = error,
-          .held = step.held,
+          .at_once = step.options.closing_at_once,
           .slack = few ? 0 : std::min(drift, error),
           .model = &step.model,
           .threads = step.options.threads};

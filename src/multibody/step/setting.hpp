@@ -29,12 +29,11 @@ struct StepSetting {
   double recovery = 0;  // m/s, of the correction of position errors by velocities
   double displacing;    // m/s, limit of the correction of position errors by displacement
   double restitution;   // m/s, slower approaches do not bounce
-  double held = 0;      // m: overlaps up to it are closed at once, by the step of a derivative
   // Impulses act from the middle of the last step to the middle of this one (s).
   double kick() const { return 0.5 * (last + h); }
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};
-    all.closing = held / h;
+    all.closing = options.closing_at_once;
     all.loop_speed = recovery > 0 || options.recovery == Recovery::projection ? displacing : 0;
     return all;
   }

@@ -37,9 +37,11 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, O
   options.deadline = std::max(moment, budget.left());
   const Time start = std::chrono::steady_clock::now();
   Solution s;
-  // Rows and masses that a user's solver would read are not all of A beside trees. A held step reads none.
-  s.x = has_trees(problem) && !solver.trusts ? solver.simulation.own_method(as_matrix(problem), options)
-                                             : solver.simulation.own_method(problem, options);
+  // Rows and masses that a user's solver would read are not all of A beside trees. That of HeldStep reads
+  // none.
+  s.x = has_trees(problem) && !solver.simulation.trusts_method
+            ? solver.simulation.own_method(as_matrix(problem), options)
+            : solver.simulation.own_method(problem, options);
   AMONTONS_REQUIRE(s.x.size() == problem.rows(),
                    "method " + solver.simulation.method + " returned " + std::to_string(s.x.size()) +
                        " impulses but the problem has " + std::to_string(problem.rows()) + " rows");
@@ -49,7 +51,7 @@ Solution solve_by_own_method(const StepSolver& solver, const Problem& problem, O
     project(problem.K, s.x, s.x);
     measure(problem, law_of(problem, options), s);
   }
-  const bool right = solver.trusts || s.residual <= options.tolerance;
+  const bool right = solver.simulation.trusts_method || s.residual <= options.tolerance;
   s.status = right ? Status::converged : Status::stalled;
   s.iterations = s.products = 1;
   s.method = solver.simulation.method;
@@ -99,7 +101,7 @@ void go_on(const StepSolver& solver, const Problem& problem, Options options, Bu
 // already met.
 Solution solve_for_light_bodies(const StepSolver& solver, const Problem& problem, Budget& budget,
                                 Solution s) {
-  if (s.status != Status::converged || solver.trusts) return s;
+  if (s.status != Status::converged || solver.simulation.trusts_method) return s;
   Options options = solver.options();
   const double finer =
       tolerance_for_light_bodies(problem, law_of(problem, options), s, solver.fastest, options.tolerance);

@@ -20,7 +20,6 @@ struct StepSolver {
   Elimination& elimination;  // memory of `auto`, kept between steps
   StepSums& sums;            // all solves are counted here
   Speeds fastest;            // at the start, including the velocity that gravity adds
-  bool trusts = false;       // the x of a user's method is the solution, whatever its residual
 
   bool is_auto() const { return !simulation.own_method && simulation.method == "auto"; }
   // Without the start, which each solve sets.

@@ -29,13 +29,6 @@ Speeds fastest(const BodyVelocities& velocities, double distance) {
   return most;
 }
 
-// The overlap (m) up to which a held step (options.held > 0) of length h closes at once. Limits and contacts
-// that rest then stay closed after the small changes whose differences are its derivative.
-double held_reach(const Model& model, const SimulationOptions& options, double h) {
-  if (options.held == 0) return 0;
-  return step::policy.closing * h * h * norm(model.description().gravity) + options.held * model.length();
-}
-
 // A body with a velocity that is not finite would corrupt all bodies that it touches, so the step is undone.
 bool all_finite(const BodyVelocities& velocities) {
   return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {
@@ -62,12 +55,12 @@ bool Simulation::wakes(bool all) {
   return true;
 }
 
-// A step of another length than the last one, a held step, and a method of the user's say nothing of the
-// next. The same holds for a second attempt, and for a step that corrects positions or has impacts: what they
-// shift would have to be shifted again.
+// A step of another length than the last one, and a method of the user's say nothing of the next. The same
+// holds for a second attempt, and for a step that corrects positions or has impacts: what they shift would
+// have to be shifted again.
 void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
-  if (!steady || options_.held > 0 || options_.own_method) return;
+  if (!steady || options_.own_method) return;
   const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6] = *scratch_;
   last_.found =
       fall_asleep({step, last_.before, state_, observed, posed, solved.islands, *last_.solve.problem, found},
@@ -91,8 +84,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
                          .margin = margin(),
                          .recovery = attempt.recovers ? recovery_speed() : 0,
                          .displacing = recovery_speed(),
-                         .restitution = restitution_speed(),
-                         .held = held_reach(model, options_, h)};
+                         .restitution = restitution_speed()};
   Budget& budget = clock.budget;
   // 1. and 2.
   observe(step, clock, state_, observed);
@@ -108,7 +100,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
   // Each kind of problem has a memory of its own, because it keeps the pattern of the last one.
   const auto solver = [&](Budget& share, Elimination& memory) {
-    return StepSolver{options_, clock, share, memory, sums, speeds, step.held > 0};
+    return StepSolver{options_, clock, share, memory, sums, speeds};
   };
   const bool bounced = resolve_impacts(step, solver(before_impacts, impact_elimination), state_, observed);
   end_impacts(step, bounced, state_, stiffened, observed);

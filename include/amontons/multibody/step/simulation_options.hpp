@@ -27,9 +27,10 @@ struct SimulationOptions {
   std::string method = "auto";
   // If it is not empty it replaces the method; reports then use the method's name for it.
   StepMethod own_method = {};
-  // The step of HeldStep: the x of own_method is the solution, whatever its residual, and overlaps up to this
-  // (of Model::length) are closed at once. 0: no such step.
-  double held = 0;
+  // HeldStep sets these two for the step of a derivative. The x of own_method is the solution, whatever its
+  // residual, and overlaps that this speed (m/s) closes within the step are closed at once.
+  bool trusts_method = false;
+  double closing_at_once = 0;
   double tolerance = 1e-6;  // natural residual, relative to that of zero impulses; not tuned: a default
   std::size_t max_iterations = 0;                           // per solve; 0: the method's own limit
   double budget = std::numeric_limits<double>::infinity();  // s of wall clock per step; results then depend
