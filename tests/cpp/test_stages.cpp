@@ -174,7 +174,8 @@ TEST(overlaps_that_a_joint_holds_are_not_corrected) {
   Stages s(d);
   s.observe();
   CHECK(s.observed.errors.penetration > 0.01);
-  CHECK(!correct(s.step, s.clock, s.positions, s.state, s.observed, s.stiffened, s.sums) && s.sums.solves == 0);
+  CHECK(!correct(s.step, s.clock, s.positions, s.state, s.observed, s.stiffened, s.sums) &&
+        s.sums.solves == 0);
 }
 
 // Newton's law of impact: u+ = -e u-, impulse m (1 + e) u-. Breaks when free velocities do not follow the

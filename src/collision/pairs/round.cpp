@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "amontons/collision/pairs/collide.hpp"
+#include "amontons/collision/pairs/spheres.hpp"
 
 // Closed forms: the distance of a point from a shape, which gives that of a sphere, and the distance of two
 // segments, which gives that of two capsules. They are exact where the general algorithm approximates round

@@ -181,21 +181,6 @@ double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const 
   return reach.margin + reach.h * approach(motions_[a], motions_[b]);
 }
 
-// The points of a pair. Two balls have one, which counts or does not: no caller of visit() takes another.
-void ContactFinder::collide_pair(const Reach& reach, Index a, Index b,
-                                 std::vector<ContactPoint>& points) const {
-  const Model& model = reach.model;
-  const Model::Outline &x = model.outline(a), &y = model.outline(b);
-  const double offset = model.rest_offset(a) + model.rest_offset(b);
-  if (!(x.radius > 0 && y.radius > 0))
-    return collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-                   reach_of_pair(reach, a, b) + offset, points);
-  const ContactPoint p =
-      touch_spheres(frames_[a].position, x.radius, frames_[b].position, y.radius, frames_[b].rotation);
-  const double closing = reach.h * dot(p.normal, motions_[b].centre - motions_[a].centre);
-  if (p.gap - std::max(0.0, closing) <= with_rounding * (reach.margin + offset)) points.push_back(p);
-}
-
 // Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of those of the
 // pairs that counts() accepts.
 template <class Counts, class F>
@@ -207,7 +192,8 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
     // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points.clear();
-    collide_pair(reach, a, b, points);
+    collide_geoms(model, a, frames_[a], b, frames_[b],
+                  reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
     // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
     if (points.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);

@@ -108,7 +108,6 @@ class ContactFinder {
   bool is_reached(const Model& model, Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   GeomMotion motion(const Reach& reach, std::size_t geom, const BodyVelocity& v) const;
-  void collide_pair(const Reach& reach, Index a, Index b, std::vector<ContactPoint>& points) const;
   template <class Counts, class F>
   void visit(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
              Counts&& counts, F&& f) const;

@@ -128,8 +128,8 @@ const InternalEdges::Touch* InternalEdges::judge(const Reach& reach, const std::
   return level;
 }
 
-// The touches of all geoms that may pass an edge, geom by geom, in the order of the pairs: of those in a pile
-// of balls, only where it meets its box.
+// The touches of all geoms that may pass an edge, geom by geom, in the order of the pairs. In a pile of balls
+// only those beside the walls may.
 void InternalEdges::collect(const Model& model, const std::vector<Contact>& contacts) {
   found_.clear();
   states_.clear();

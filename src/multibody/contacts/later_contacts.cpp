@@ -100,14 +100,8 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
   const Contact& c = contacts[keys[0].contact];
   part.points.clear();
   const Transform frame_a = half.frame(geom_a), frame_b = half.frame(geom_b);
-  const double margin = reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset;
-  if (a.radius > 0 && b.radius > 0) {
-    const ContactPoint p =
-        touch_spheres(frame_a.position, a.radius, frame_b.position, b.radius, frame_b.rotation);
-    if (p.gap <= margin) part.points.push_back(p);
-  } else {
-    collide(shape_a, frame_a, shape_b, frame_b, margin, part.points);
-  }
+  collide_geoms(reach.model, geom_a, frame_a, geom_b, frame_b,
+                reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset, part.points);
   if (rolls) {
     const Vec3 way =
         of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;

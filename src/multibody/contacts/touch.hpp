@@ -1,8 +1,24 @@
 // From a point of two geoms to their contact.
 #pragma once
+#include <vector>
+
+#include "amontons/collision/pairs/collide.hpp"
+#include "amontons/collision/pairs/spheres.hpp"
 #include "multibody/contacts/reach.hpp"
 
 namespace amontons {
+
+// Appends the points of two geoms in these frames with a gap of at most the margin. Two balls, of which a
+// pile has nearly all of its pairs, need neither their shapes nor the table of pairs.
+inline void collide_geoms(const Model& model, Index a, const Transform& frame_a, Index b,
+                          const Transform& frame_b, double margin, std::vector<ContactPoint>& points) {
+  const double radius_a = model.outline(a).radius, radius_b = model.outline(b).radius;
+  if (!(radius_a > 0 && radius_b > 0))
+    return collide(model.geom(a).shape, frame_a, model.geom(b).shape, frame_b, margin, points);
+  const ContactPoint p =
+      touch_spheres(frame_a.position, radius_a, frame_b.position, radius_b, frame_b.rotation);
+  if (p.gap <= margin) points.push_back(p);
+}
 
 // Directions of a geom, given in the frame of its body.
 inline Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {

@@ -169,6 +169,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool few = linear || rows.tags.size() <= step::policy.few_rows;
   if (!few) options.iterates = in.step.options.iterates;  // a device that serves large steps serves this, too
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
+  // Products of this solve are in the report, and so is its time.
   clock.lap(&Timings::solve);
   ++sums.solves;
   sums.add_cost(s);

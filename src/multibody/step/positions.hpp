@@ -11,8 +11,8 @@ namespace amontons {
 // Largest error (m) that is not corrected; angles count times length.
 double allowed_error(double length);
 
-// What the corrections of a simulation write anew. A large pile needs one in most steps, with a row per
-// contact.
+// Rows and problem of a correction: their memory is kept between steps. A large pile needs a correction in
+// most steps, with a row per contact.
 struct PositionMemory {
   JointRows joints, rows;
   Problem problem;

@@ -81,7 +81,8 @@ class Model {
   const std::vector<std::pair<Index, Index>>& listed_pairs() const { return listed_pairs_; }
   // Material of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
-  // What a search for contacts reads of every geom and of many pairs: geoms are large.
+  // The part of a geom that a search for contacts reads. A search reads it of every geom and of many pairs,
+  // in any order; a geom has several lines of the cache, of which this is one.
   struct Outline {
     Index body;
     std::uint32_t category, mask;
