@@ -17,6 +17,7 @@ from check_policy import BASES, ROOT, look
 from cpp_facts import body, calls, code, declared
 
 ROOMS = ("multibody/step", "solvers/choice", "solvers/direct", "solvers/central_path")
+CORE = ("multibody", "solvers", "problem")
 TEXT = (".py", ".pyi", ".cpp", ".hpp", ".md")
 ASKS = re.compile(
     r"(?:\.|->)(?:ends_within|over|over_attempt|exhausted|late|left|work_left|since_solved|elapsed)\("
@@ -29,7 +30,7 @@ def lines(paths: list[Path]) -> int:
 
 
 def sources(root: Path, room: str, suffixes: tuple[str, ...] = (".hpp", ".cpp")) -> list[Path]:
-    return [p for base in BASES for p in sorted((root / base / room).glob("*")) if p.suffix in suffixes]
+    return [p for base in BASES for p in sorted((root / base / room).rglob("*")) if p.suffix in suffixes]
 
 
 def of_package(root: Path) -> list[int]:
@@ -53,6 +54,7 @@ def rows(root: Path) -> dict[str, str]:
     step_code = [code(path) for path in step if path.suffix == ".cpp"]
     counts = {
         "lines of " + ", ".join(ROOMS): lines([p for room in ROOMS for p in sources(root, room)]),
+        "lines of " + ", ".join(CORE): lines([p for layer in CORE for p in sources(root, layer)]),
         "repairs that a number of `policy.hpp` switches off": sum(c.off is not None for c in numbers),
         "tuned numbers of these rooms (`check_policy.py`)": sum(look(root, room).count for room in ROOMS),
         "questions of `src/multibody/step` to the clock or the budget": sum(

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "solvers/direct/block_equation.hpp"
 #include "solvers/linear/row_kernel.hpp"
 #include "solvers/linear/small_solve.hpp"
+#include "solvers/second_order/block_equation.hpp"
 
 namespace amontons {
 

@@ -20,9 +20,9 @@
 // coordinates between its bodies and the root. These are nodes of S in place of the bodies
 // (motion_nodes.hpp). M is not in S: two coordinates share a block only if one row reaches both.
 //
-// 4. Blocks J in place of I need not be symmetric (the derivative of the De Saxce term). With P = (J + R'E
-// R)^-1, block by block, and G = R'D C,
-//    z = P (q - G v),   v = G'z:   (I + G'P G) v = G'P q,
+// 4. Without symmetry J + A R, as of the law of Coulomb. With K = J + E R, P = R K^-1, block by block, and
+// Y = D C,
+//    z = K^-1 (q - Y v),   v = Y'R z:   (I + Y'P Y) v = Y'P q,
 // on the same pattern, factored as L U.
 #include "amontons/solvers/linear/shifted_system.hpp"
 
@@ -229,7 +229,6 @@ void ShiftedSystem::form_G(std::size_t b) {
   const int lanes = 8 * counts_[b];
   double* G = G_.data() + block.value;
   AMONTONS_DISPATCH(combine_rows, R, block.dim, D_.data() + block.value, G, lanes);
-  if (!J_.empty()) return form_PG(b);
   // No compliance: L is the identity.
   if (L_.empty()) return;
   double* L = &L_[offset_[b]];
@@ -241,40 +240,41 @@ void ShiftedSystem::form_G(std::size_t b) {
     }
 }
 
-// P = (J + R'E R)^-1 of one block, and P G.
-void ShiftedSystem::form_PG(std::size_t b) {
+// K^-1 = (J + E R)^-1 of one block, and P D C with P = R K^-1.
+void ShiftedSystem::form_PD(std::size_t b) {
   const double *R = &R_[offset_[b]], *J = &J_[offset_[b]];
   const double e = compliance_.empty() ? 0 : compliance_[blocks_[b].row];
-  double Q[largest_dim * largest_dim], *P = &P_[offset_[b]];
+  // P transposed, as combine_rows takes it.
+  double K[largest_dim * largest_dim], P[largest_dim * largest_dim], *inverse = &inverse_[offset_[b]];
   with_size(blocks_[b].dim, [&](auto dim) {
+    for (int i = 0; i < dim * dim; ++i) {
+      inverse[i] = i % (dim + 1) == 0;
+      K[i] = J[i] + e * R[i];
+    }
+    sign_of_blocks_ *= solve_block(dim, K, inverse, dim);
     for (int i = 0; i < dim; ++i)
       for (int j = 0; j < dim; ++j) {
-        P[dim * i + j] = i == j;
-        double& q = Q[dim * j + i] = J[dim * i + j];  // transposed, as combine_rows takes it
-        for (int k = 0; k < dim; ++k) q += e * R[dim * k + i] * R[dim * k + j];
+        P[dim * j + i] = 0;
+        for (int k = 0; k < dim; ++k) P[dim * j + i] += R[dim * i + k] * inverse[dim * k + j];
       }
-    sign_of_blocks_ *= solve_block(dim, Q, P, dim);
   });
   const std::size_t at = blocks_[b].value;
-  AMONTONS_DISPATCH(combine_rows, P, blocks_[b].dim, G_.data() + at, PG_.data() + at, 8 * counts_[b]);
+  AMONTONS_DISPATCH(combine_rows, P, blocks_[b].dim, D_.data() + at, G_.data() + at, 8 * counts_[b]);
 }
 
-// S = I + sum over blocks of G_block' G_block, or G_block' P G_block. Each block contributes the products of
+// S = I + sum over blocks of G_block' G_block, or Y_block' P Y_block. Each block contributes the products of
 // its nodes with themselves, and with each other. For transposed slots left and right are exchanged. The
 // identity is added for each node at its first block: each node has one.
 void ShiftedSystem::assemble_bodies() {
   const bool symmetric = J_.empty();
-  if (!symmetric) {
-    P_.resize(factor_size_);
-    PG_.resize(G_.size());
-  }
+  if (!symmetric) inverse_.resize(factor_size_);
   const std::span<double> H = cholesky_.panels(), U = cholesky_.panels(BlockCholesky::upper);
   // Nodes whose identity has been added.
   std::vector<char> seen(start_.size(), 0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    form_G(b);
+    symmetric ? form_G(b) : form_PD(b);
     const Block& block = blocks_[b];
-    const double *G = G_.data() + block.value, *PG = symmetric ? G : PG_.data() + block.value;
+    const double *PD = G_.data() + block.value, *D = symmetric ? PD : D_.data() + block.value;
     const std::span<const int> own = nodes_of(b);
     const int lanes = 8 * counts_[b];
     const BlockCholesky::Slot* slot = slots_.data() + block.slot;
@@ -286,8 +286,8 @@ void ShiftedSystem::assemble_bodies() {
           AMONTONS_DISPATCH(add_outer_product, &to[slot->offset], slot->stride, of_left + 8 * left,
                             of_right + 8 * right, lanes, block.dim, columns);
         };
-        add(H, G, PG);
-        if (!symmetric) add(U, PG, G);
+        add(H, D, PD);
+        if (!symmetric) add(U, PD, D);
         if (i < j || seen[own[i]]) continue;
         seen[own[i]] = 1;
         for (int c = 0; c < columns; ++c) {
@@ -299,11 +299,14 @@ void ShiftedSystem::assemble_bodies() {
   }
 }
 
-// I + R'A R, pair by pair: (R'A R)_IJ = R_I' A_IJ R_J, at most 6 x 6.
+// I + R'A R or J + A R, pair by pair: (R'A R)_IJ = R_I' A_IJ R_J, at most 6 x 6. The upper triangle has the
+// transposed A_JI R_I, which is R_I' A_IJ.
 void ShiftedSystem::assemble_pairs() {
-  const std::span<double> H = cholesky_.panels();
+  const bool symmetric = J_.empty();
+  const std::span<double> H = cholesky_.panels(), U = cholesky_.panels(BlockCholesky::upper);
   for (const Pair& pair : pairs_) {
     leave_if_due_at(static_cast<std::size_t>(&pair - pairs_.data()));
+    const auto [offset, stride, transposed] = pair.slot;
     const int di = blocks_[pair.i].dim, dj = blocks_[pair.j].dim;
     const double *Ri = &R_[offset_[pair.i]], *Rj = &R_[offset_[pair.j]], *A = &pair_values_[pair.values];
     double AR[largest_dim * largest_dim];
@@ -312,24 +315,24 @@ void ShiftedSystem::assemble_pairs() {
         AR[i * dj + j] = 0;
         for (int k = 0; k < dj; ++k) AR[i * dj + j] += A[i * dj + k] * Rj[k * dj + j];
       }
+    // Panels are column-major; for a transposed slot i and j, and the triangles, are exchanged.
+    const double* right = symmetric ? AR : A;
     for (int i = 0; i < di; ++i)
       for (int j = 0; j < dj; ++j) {
         double sum = 0;
-        for (int k = 0; k < di; ++k) sum += Ri[k * di + i] * AR[k * dj + j];
-        const std::size_t stride = pair.slot.stride;
-        // Panels are column-major; for a transposed slot i and j are exchanged.
-        H[pair.slot.offset + (pair.slot.transposed ? i * stride + j : j * stride + i)] += sum;
+        for (int k = 0; k < di; ++k) sum += Ri[k * di + i] * right[k * dj + j];
+        const std::size_t at = offset + (transposed ? i * stride + j : j * stride + i);
+        (symmetric || transposed ? H : U)[at] += sum;
+        if (!symmetric) (transposed ? U : H)[at] += AR[i * dj + j];
       }
   }
-  const std::span<double> U = cholesky_.panels(BlockCholesky::upper);
-  if (!J_.empty()) std::copy(H.begin(), H.end(), U.begin());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const BlockCholesky::Slot& slot = slots_[b];
     const int dim = blocks_[b].dim;
     for (int i = 0; i < dim; ++i)
       for (int j = 0; j < dim; ++j) {
         const std::size_t at = slot.offset + static_cast<std::size_t>(j) * slot.stride + i;
-        if (J_.empty()) {
+        if (symmetric) {
           H[at] += i == j;
           continue;
         }
@@ -362,47 +365,47 @@ void ShiftedSystem::divide_by_L_transposed(std::span<double> z) const {
   }
 }
 
-// w = L^-1 q;  S v = G'w;  z = L^-T (w - G v). With J: w = P q;  S v = G'w;  z = w - P G v.
+// w = L^-1 q;  S v = G'w;  z = L^-T (w - G v). Without symmetry:
+// w = R K^-1 q;  S v = Y'w;  z = K^-1 (q - Y v).
 void ShiftedSystem::solve_once(std::span<const double> q, std::span<double> z) {
   std::copy(q.begin(), q.end(), z.begin());
   if (!in_body_space()) return cholesky_.solve(z);
   const bool symmetric = J_.empty();
-  symmetric ? divide_by_L(z) : times_blocks<true>(P_, z, z);
-  NodeRows rows{blocks_.size(), dims_.data(), counts_.data(), node_.data(), G_.data()};
+  std::span<const double> w = z;
+  if (symmetric) {
+    divide_by_L(z);
+  } else {
+    times_blocks<false>(inverse_, z, work_);
+    times_factor(work_, work_);
+    w = work_;
+  }
+  const NodeRows rows{blocks_.size(), dims_.data(), counts_.data(), node_.data(),
+                      symmetric ? G_.data() : D_.data()};
   std::fill(node_vectors_.begin(), node_vectors_.end(), 0.0);
   // Kernels have eight doubles per node, the factorisation its coordinates.
   double* nodes = node_vectors_.data();
   const std::size_t count = start_.size() - 1;
-  // nodes = G'w
-  AMONTONS_DISPATCH(scatter_rows, rows, z.data(), nodes);
+  // nodes = G'w or Y'w
+  AMONTONS_DISPATCH(scatter_rows, rows, w.data(), nodes);
   for (std::size_t i = 0; i < count; ++i)
     std::copy_n(nodes + 8 * i, start_[i + 1] - start_[i], packed_.data() + start_[i]);
   // v = S^-1 nodes
   cholesky_.solve(packed_);
   for (std::size_t i = 0; i < count; ++i)
     std::copy_n(packed_.data() + start_[i], start_[i + 1] - start_[i], nodes + 8 * i);
-  // work = G v or P G v
-  if (!symmetric) rows.G = PG_.data();
+  // work = G v or Y v
   AMONTONS_DISPATCH(gather_rows, rows, nodes, work_.data());
   for (std::size_t i = 0; i < z.size(); ++i) z[i] -= work_[i];
-  if (symmetric) divide_by_L_transposed(z);
+  symmetric ? divide_by_L_transposed(z) : times_blocks<false>(inverse_, z, z);
 }
 
 // By the operator itself and not by G: refinement corrects the rounding of C, G and the factors.
 void ShiftedSystem::apply(std::span<const double> z, std::span<double> out) {
   times_factor(z, work_);
   product(problem_.A, work_, out);
-  times_transposed_factor(out, out);
-  times_J(z, work_);
-  for (std::size_t i = 0; i < z.size(); ++i) out[i] += work_[i];
-}
-
-// out = J z; a copy of z if J is I.
-void ShiftedSystem::times_J(std::span<const double> z, std::span<double> out) const {
-  if (J_.empty())
-    std::copy(z.begin(), z.end(), out.begin());
-  else
-    times_blocks<false>(J_, z, out);
+  const bool symmetric = J_.empty();
+  symmetric ? times_transposed_factor(out, out) : times_blocks<false>(J_, z, work_);
+  for (std::size_t i = 0; i < z.size(); ++i) out[i] += symmetric ? z[i] : work_[i];
 }
 
 // out = M v, or M' v, block by block; v and out may be the same memory.

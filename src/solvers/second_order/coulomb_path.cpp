@@ -16,14 +16,14 @@ using Vector = std::vector<double>;
 
 // Products of a step: its solves, one of them refined, and the natural map at its end.
 constexpr std::size_t products_of_step = 3;
-// The problem as a System of the central curve. The linear system of a step, multiplied by R', is that of
-// ShiftedSystem with J = R'B T in place of I.
+// The problem as a System of the central curve. The linear system of a step, divided by the roots of the
+// units, is that of ShiftedSystem with J = B T.
 class LargeSystem {
  public:
   explicit LargeSystem(const Problem& problem) : problem_(problem), system_(problem) {
     units_.make(problem.K, problem.b, problem.P);
     x_.resize(problem.rows());
-    for (Vector* v : {&R_, &J_, &scaled_R_}) v->resize(size());
+    for (Vector* v : {&R_, &J_}) v->resize(size());
   }
 
   const CurveUnits& units() const { return units_; }
@@ -38,27 +38,20 @@ class LargeSystem {
   }
   // Immobile rows have R = 0 and T = 0: there J is made regular.
   int factor(std::span<const double> R, std::span<const double> BT) {
-    std::copy(R.begin(), R.end(), R_.begin());
     each([&]<int n>(std::size_t block, std::size_t) {
-      const double *r = &R_[offset(block)], *bt = &BT[offset(block)];
-      double *J = &J_[offset(block)], *scaled = &scaled_R_[offset(block)];
-      for (int i = 0; i < n * n; ++i) scaled[i] = units_.root(block) * r[i];
-      for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-          J[n * i + j] = i == j && r[(n + 1) * i] == 0;
-          for (int k = 0; k < n; ++k) J[n * i + j] += r[n * k + i] * bt[n * k + j];
-        }
+      const double root = units_.root(block);
+      for (std::size_t at = offset(block), i = 0; i < n * n; ++i, ++at) {
+        const bool immobile = i % (n + 1) == 0 && R[at] == 0;
+        R_[at] = root * R[at];
+        J_[at] = (BT[at] + (immobile ? 1 : 0)) / root;
+      }
     });
-    return system_.factor(scaled_R_, J_) == 0 ? system_.sign() : 0;
+    return system_.factor(R_, J_) == 0 ? system_.sign() : 0;
   }
   double factor_work() const { return system_.factor_work(); }
   bool solve(std::span<const double> q, std::span<double> z, int refinements) {
     each([&]<int n>(std::size_t block, std::size_t row) {
-      const double* r = &R_[offset(block)];
-      double sum[n] = {};
-      for (int i = 0; i < n; ++i)
-        for (int k = 0; k < n; ++k) sum[i] += r[n * k + i] * q[row + k];
-      std::copy(sum, sum + n, &z[row]);
+      for (int i = 0; i < n; ++i) z[row + i] = q[row + i] / units_.root(block);
     });
     system_.solve_reduced(z, z, refinements);
     return std::all_of(z.begin(), z.end(), [](double v) { return std::isfinite(v); });
@@ -76,7 +69,7 @@ class LargeSystem {
   const Problem& problem_;
   ShiftedSystem system_;
   CurveUnits units_;
-  Vector x_, R_, J_, scaled_R_;
+  Vector x_, R_, J_;
 };
 
 class CoulombPath : public VectorIterate {
@@ -94,11 +87,7 @@ class CoulombPath : public VectorIterate {
   std::optional<double> step() {
     monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
-    // Near its end a worse residual is due to rounding, as R' mixes digits (algorithm.md, 37). Newton's
-    // method continues from there.
-    const bool rounded = curve_.t() < second_order::policy.rounding && !monitor.improved();
-    if (rounded || !curve_.step() ||
-        curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
+    if (!curve_.step() || curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
       return std::nullopt;
     return evaluate_iterate();
   }

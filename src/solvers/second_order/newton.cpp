@@ -1,37 +1,37 @@
-// Semismooth Newton on the natural map F(x) = x - Pi_K(x - P^-1 g), g = A x + b, globalised by P-SPG-FB.
+// Semismooth Newton on the equations F(x, u) = 0 of all blocks (block_equation.hpp), u = A x + b, globalised
+// by P-SPG-FB.
 //
-// Equation. F is zero exactly at a solution and piecewise smooth. With Q = Pi_K'(x - P^-1 g), an element of
-// the generalised Jacobian, symmetric with eigenvalues in [0, 1] (stick: 1, 1, 1; slide: 1, f, 0; open: 0), a
-// step solves, docs/algorithm.md (24),
+// Equation. F is zero exactly at a solution and piecewise smooth. With dF = G dx + H du a step solves,
+// docs/algorithm.md (24),
 //
-//     (I - Q + Q P^-1 A) dx = -F.
+//     (G + H (A + sigma P)) dx = -F.
 //
-// If Q = 1 the row says A dx = -g: u vanishes. If Q = 0 it says x + dx = Pi_K(..): x moves to its bound. So
-// each cone contributes its face: 3 unknowns when sticking, 2 when sliding, 0 when open. Once the faces are
-// right the step is that of a linear system. Convergence is fast near a solution; far away there is no
-// guarantee.
+// A block at a bound has H = 0: x moves to it. One that sticks has G = 0: u vanishes. So each cone
+// contributes its face: 3 unknowns when sticking, 2 when sliding, 0 when open. Once the faces are right the
+// step is that of a linear system. Convergence is fast near a solution; far away there is no guarantee.
 //
-// Face factor. Substituting dx = e - F gives (I - Q + Q P^-1 A) e = Q P^-1 (A F - P F). A proximal term sigma
-// P on A turns I - Q into I - Q + sigma Q, which is invertible, and dividing by it and by P yields
+// The proximal term keeps the system regular if A is singular (hyperstatic contacts). It affects only the
+// step: dx = 0 still means F = 0. It is of the order of rounding, so that the convergence stays superlinear.
 //
-//     (A + Theta^-1) e = A F + sigma P F - P F,   Theta = R R' = P^-1 Q (I - Q + sigma Q)^-1,   e = R zeta,
-//     (I + R'AR) zeta = R' (A F + sigma P F - P F),
+// One factorisation. With N = G + H P, f = N^-1 F, R = N^-1 H the step is dx = -f + R z, and
 //
-// the symmetric system of ShiftedSystem, where sigma keeps it regular if A is singular (hyperstatic
-// contacts). It affects only the step: dx = 0 still means F = 0. It is of the order of rounding, so that the
-// convergence stays superlinear.
+//     (J + A R) z = A f - (1 - sigma) P f,   J = I - (1 - sigma) P R,
 //
-// Sources: Qi, Sun 1993 (semismooth Newton); Zhao, Sun, Toh 2010 (proximal semismooth Newton); Kanzow,
-// Ferenczi, Fukushima 2009 (the projection on second-order cones).
+// the system of ShiftedSystem without symmetry.
+//
+// Sources: Qi, Sun 1993 (semismooth Newton); Alart, Curnier 1991 (the equations of Coulomb's law); Zhao, Sun,
+// Toh 2010 (proximal semismooth Newton); Kanzow, Ferenczi, Fukushima 2009 (the projection on second-order
+// cones).
 #include "amontons/solvers/second_order/newton.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "amontons/base/elementary.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
+#include "solvers/linear/small_solve.hpp"
+#include "solvers/second_order/block_equation.hpp"
 #include "solvers/second_order/policy.hpp"
 
 namespace amontons {
@@ -40,156 +40,63 @@ namespace {
 
 using Vector = std::vector<double>;
 
-// R = P^-1/2 V sqrt(q / (1 - q + sigma q)) with Q = V diag(q) V', row-major.
-template <int n>
-void face_factor(const Face<n>& face, double p, double sigma, double* R) {
-  for (int k = 0; k < n; ++k) {
-    const double q = face.value[k], weight = std::sqrt(q / ((1 - q + sigma * q) * p));
-    for (int i = 0; i < n; ++i) R[n * i + k] = weight * face.vector[k][i];
-  }
-}
-
-// out = Q d
-template <int n>
-void apply(const Face<n>& face, const double* d, double* out) {
-  std::fill(out, out + n, 0.0);
-  for (int k = 0; k < n; ++k) {
-    double along = 0;
-    for (int i = 0; i < n; ++i) along += face.vector[k][i] * d[i];
-    along *= face.value[k];
-    for (int i = 0; i < n; ++i) out[i] += along * face.vector[k][i];
-  }
-}
-
-// The linear algebra of one Newton step. Under coulomb g = u + s(u) e_n with s = mu |u_t|. Its derivative is
-// B A with B = I + e_n s'(u)' per contact, and the equation (I - Q + Q P^-1 B A) dx = -F is unsymmetric.
-// GMRES (Saad, Schultz 1986) solves it, preconditioned by the symmetric system with B = I. The two differ
-// only in the normal rows of sliding contacts, so that few basis vectors suffice.
+// The linear algebra of one Newton step.
 class NewtonStep {
  public:
   NewtonStep(const Problem& problem, Law law) : problem_(problem), law_(law), system_(problem) {
-    R_.resize(system_.factor_size());
-    for (Vector* v : {&F_, &work_, &Av_, &y_}) v->resize(problem.rows());
-    if (law != Law::coulomb) return;
-    basis_.assign(second_order::krylov + 1, F_);
-    image_.assign(second_order::krylov, F_);
+    for (Vector* v : {&R_, &J_}) v->resize(system_.factor_size());
+    for (Vector* v : {&f_, &q_}) v->resize(problem.rows());
   }
 
   // dx at (x, u = A x + b).
   void direction(const Vector& x, const Vector& u, double sigma, Vector& dx, Monitor& monitor) {
-    sigma_ = sigma;
     for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-      double g[S::dim], foot[S::dim];
-      double* y = &y_[row];
-      add_de_saxce_term(set, law_, &u[row], g);
-      for (int k = 0; k < S::dim; ++k) y[k] = x[row + k] - g[k] / problem_.P[block];
-      set.project(y, foot);
-      for (int k = 0; k < S::dim; ++k) F_[row + k] = foot[k] - x[row + k];
-      face_factor(set.face(y), problem_.P[block], sigma, &R_[system_.factor_offset(block)]);
+      linearise(set, problem_.P[block], sigma, &x[row], &u[row], &f_[row], &R_[system_.factor_offset(block)],
+                &J_[system_.factor_offset(block)]);
     });
-    system_.factor(R_);
+    system_.factor(R_, J_);
     monitor.count_factorization(system_.factor_work());
-    if (law_ == Law::coulomb)
-      gmres(u, dx, monitor);
-    else
-      solve_symmetric(F_, dx, 1, monitor);
-  }
-
- private:
-  // y = (I - Q + sigma Q + Q P^-1 A)^-1 r: y = r + R zeta, (I + R'AR) zeta = R' ((1 - sigma) P r - A r).
-  void solve_symmetric(const Vector& r, Vector& y, int refinements, Monitor& monitor) {
-    product(problem_.A, r, work_);
+    product(problem_.A, f_, q_);
     for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-      for (int k = 0; k < S::dim; ++k)
-        work_[row + k] = (1 - sigma_) * problem_.P[block] * r[row + k] - work_[row + k];
+      for (std::size_t i = row; i < row + S::dim; ++i) q_[i] -= (1 - sigma) * problem_.P[block] * f_[i];
     });
-    system_.solve(work_, y, refinements);
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] += r[i];
+    system_.solve_reduced(q_, q_, refinements);
+    system_.times_factor(q_, dx);
+    for (std::size_t i = 0; i < dx.size(); ++i) dx[i] -= f_[i];
     monitor.products += 2 + refinements;
   }
 
-  // out = (I - Q + Q P^-1 B A) v
-  void apply_derivative(const Vector& u, const Vector& v, Vector& out, Monitor& monitor) {
-    product(problem_.A, v, Av_);
-    ++monitor.products;
-    for_each_block(problem_.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
-      double d[S::dim], Qd[S::dim];
-      for (int k = 0; k < S::dim; ++k) d[k] = Av_[row + k];
-      if constexpr (S::frictional) {
-        double slope[S::dim], more = 0;
-        set.de_saxce_gradient(&u[row], slope);
-        for (int k = 0; k < S::dim; ++k) more += slope[k] * d[k];
-        d[0] += more;
-      }
-      for (int k = 0; k < S::dim; ++k) d[k] = d[k] / problem_.P[block] - v[row + k];
-      amontons::apply(set.face(&y_[row]), d, Qd);
-      for (int k = 0; k < S::dim; ++k) out[row + k] = v[row + k] + Qd[k];
-    });
-  }
+ private:
+  static constexpr int refinements = 1;
 
-  // In the P metric entries of blocks of any mass have equal weight.
-  double dot(const Vector& a, const Vector& b) const {
-    double sum = 0;
-    for_each_block(problem_.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-      for (int k = 0; k < S::dim; ++k) sum += problem_.P[block] * a[row + k] * b[row + k];
-    });
-    return sum;
-  }
-
-  // Solves J dx = -F, J = I - Q + Q P^-1 B A. Arnoldi with modified Gram-Schmidt builds an orthonormal basis
-  // v_k with J z_k = sum_j H_jk v_j. The preconditioned vectors z_k = C^-1 v_k are stored, so that each is
-  // formed once. Givens rotations bring H to a triangle column by column. |rhs_k| is then the residual of the
-  // best combination of the first k, and dx = sum y_k z_k. Right preconditioning makes this residual the true
-  // one. There is no restart.
-  void gmres(const Vector& u, Vector& dx, Monitor& monitor) {
-    double H[second_order::krylov + 1][second_order::krylov], c[second_order::krylov],
-        s[second_order::krylov], rhs[second_order::krylov + 1] = {};
-    const double norm = std::sqrt(dot(F_, F_));
-    std::fill(dx.begin(), dx.end(), 0.0);
-    if (!(norm > 0)) return;
-    for (std::size_t i = 0; i < dx.size(); ++i) basis_[0][i] = F_[i] / norm;
-    rhs[0] = norm;
-    int k = 0;
-    while (k < second_order::krylov && std::abs(rhs[k]) > second_order::policy.inexact * norm &&
-           !monitor.out_of_time()) {
-      solve_symmetric(basis_[k], image_[k], 0, monitor);
-      Vector& next = basis_[k + 1];
-      apply_derivative(u, image_[k], next, monitor);
-      for (int j = 0; j <= k; ++j) {
-        H[j][k] = dot(next, basis_[j]);
-        for (std::size_t i = 0; i < next.size(); ++i) next[i] -= H[j][k] * basis_[j][i];
+  // f, R and J of a block.
+  template <class S>
+  void linearise(const S& set, double p, double sigma, const double* x, const double* u, double* f, double* R,
+                 double* J) const {
+    constexpr std::size_t d = S::dim, width = d + 1;
+    double F[d], G[d * d], H[d * d], X[d * width];
+    block_equation(set, law_, p, x, u, F, G, H);
+    for (std::size_t i = 0; i < d; ++i) {
+      X[width * i] = F[i];
+      for (std::size_t j = 0; j < d; ++j) {
+        X[width * i + 1 + j] = H[d * i + j];
+        G[d * i + j] += p * H[d * i + j];
       }
-      H[k + 1][k] = std::sqrt(dot(next, next));
-      if (H[k + 1][k] > 0)
-        for (double& v : next) v /= H[k + 1][k];
-      for (int j = 0; j < k; ++j) {
-        const double a = H[j][k], b = H[j + 1][k];
-        H[j][k] = c[j] * a + s[j] * b;
-        H[j + 1][k] = -s[j] * a + c[j] * b;
-      }
-      const double rho = elementary::hypot(H[k][k], H[k + 1][k]);
-      if (!(rho > 0)) break;
-      c[k] = H[k][k] / rho;
-      s[k] = H[k + 1][k] / rho;
-      H[k][k] = rho;
-      rhs[k + 1] = -s[k] * rhs[k];
-      rhs[k] *= c[k];
-      ++k;
     }
-    for (int j = k - 1; j >= 0; --j) {
-      for (int i = j + 1; i < k; ++i) rhs[j] -= H[j][i] * rhs[i];
-      rhs[j] /= H[j][j];
-      for (std::size_t i = 0; i < dx.size(); ++i) dx[i] += rhs[j] * image_[j][i];
+    solve_block(d, G, X, width);
+    for (std::size_t i = 0; i < d; ++i) {
+      f[i] = X[width * i];
+      for (std::size_t j = 0; j < d; ++j) {
+        R[d * i + j] = X[width * i + 1 + j];
+        J[d * i + j] = (i == j) - (1 - sigma) * p * R[d * i + j];
+      }
     }
   }
 
   const Problem& problem_;
   Law law_;
   ShiftedSystem system_;
-  double sigma_ = 0;
-  // F_ holds -F, y_ the point x - P^-1 g whose projection determines the faces.
-  Vector R_, F_, work_, Av_, y_;
-  std::vector<Vector> basis_, image_;
+  Vector R_, J_, f_, q_;
 };
 
 // If a Newton step does not reduce the residual, P-SPG-FB continues for a while.

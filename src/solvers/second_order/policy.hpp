@@ -30,14 +30,10 @@ struct Policy {
   // Halvings of a step (count): F is no gradient, and a step that fails at an eighth of its length rarely
   // succeeds at less.
   int halvings = 3;
-  // Inexactness (relative to the residual): of a Newton step by GMRES. It vanishes with the residual, so that
-  // steps become Newton steps. A step of three correct digits reduces the residual by up to three. A path
-  // with the De Saxce term held has as many, because its term is only as exact.
+  // Inexactness (relative to the residual): of a path with the De Saxce term held, because its term is only
+  // as exact.
   double inexact = 1e-3;
 };
-// Size (vectors, stored twice): of the Krylov space. If so many do not give three digits, the burst after a
-// failed step is a better use of the time.
-inline constexpr int krylov = 40;
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;
 

@@ -9,13 +9,14 @@ namespace amontons {
 
 struct MotionNodes;  // solvers/linear/motion_nodes.hpp
 
-// Solves (A + Theta^-1) y = r, the linear system of two methods: the interior point (Theta from the
-// Nesterov-Todd scaling) and the semismooth Newton method (Theta from the derivative of the projection).
-// Theta = R R' is block diagonal with one dim x dim factor R per cone block. A singular R is allowed; the
-// system then means y in range(R). An open contact has R = 0, a sliding one a rank below dim. In terms of z,
-// y = R z:
+// Solves (A + Theta^-1) y = r, the linear system of the interior point (Theta from the Nesterov-Todd
+// scaling). Theta = R R' is block diagonal with one dim x dim factor R per cone block. A singular R is
+// allowed; the system then means y in range(R). In terms of z, y = R z:
 //
 //    (I + R' A R) z = R' r.
+//
+// Newton's method and the path of Coulomb's law have (J + A R) z = q with any blocks J and R, y = R z. An
+// open contact has R = 0, a sliding one a rank below dim.
 //
 // Body space, A = D M^-1 D' + E: with M^-1 = C C', I + R'ER = L L' and G = L^-1 R' D C this is L (I + G G')
 // L' z = q. By Woodbury (I + G G')^-1 = I - G (I + G' G)^-1 G': six unknowns per body, or the coordinates of
@@ -34,19 +35,18 @@ class ShiftedSystem {
 
   // Returns the number of pivots that rounding made non-positive, which occurs if A is semidefinite.
   int factor(std::span<const double> R);
-  // The same with a block J of any values, row-major as R, in place of each block of I: factors (J + R' A R),
-  // which takes twice as long. Returns the number of pivots that were zero.
+  // Without symmetry: factors (J + A R) with blocks J of any values, row-major as R, which takes twice as
+  // long. Returns the number of pivots that were zero.
   int factor(std::span<const double> R, std::span<const double> J);
-  // Sign of the determinant of (J + R' A R): 1 or -1.
+  // Sign of the determinant of (J + A R): 1 or -1.
   int sign() const { return sign_of_blocks_ * cholesky_.sign(); }
-  // z of (I + R' A R) z = q, or with J in place of I, with `refinements` steps of iterative refinement. q and
+  // z of (I + R' A R) z = q, or of (J + A R) z = q, with `refinements` steps of iterative refinement. q and
   // z may be the same memory.
   void solve_reduced(std::span<const double> q, std::span<double> z, int refinements);
   // y for r: q = R' r, y = R z.
   void solve(std::span<const double> r, std::span<double> y, int refinements);
   void times_transposed_factor(std::span<const double> r, std::span<double> q) const;  // q = R' r
   void times_factor(std::span<const double> z, std::span<double> y) const;             // y = R z
-  void times_J(std::span<const double> z, std::span<double> out) const;                // out = J z
 
   bool in_body_space() const { return in_body_space_; }
   std::size_t factor_entries() const { return cholesky_.factor_entries(); }
@@ -74,13 +74,13 @@ class ShiftedSystem {
   void analyse(std::size_t m, auto&& for_each_entry);
   void require_semidefinite();
   void form_G(std::size_t block);
-  void form_PG(std::size_t block);
+  void form_PD(std::size_t block);
   void assemble_bodies();
   void assemble_pairs();
   template <bool transposed>
   void times_blocks(std::span<const double> M, std::span<const double> v, std::span<double> out) const;
   void solve_once(std::span<const double> q, std::span<double> z);
-  void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z, or with J
+  void apply(std::span<const double> z, std::span<double> out);  // out = (I + R' A R) z or (J + A R) z
   void divide_by_L(std::span<double> q) const;                   // q := L^-1 q
   void divide_by_L_transposed(std::span<double> z) const;        // z := L^-T z
 
@@ -94,15 +94,14 @@ class ShiftedSystem {
   std::vector<int> dims_, counts_, node_, start_;
   // Pairs i <= j of the nodes of a block, one j after the other; the diagonal for a matrix.
   std::vector<BlockCholesky::Slot> slots_;
-  std::vector<double> D_, G_;  // rows of D C and of L^-1 R' D C, eight numbers per node
+  std::vector<double> D_, G_;  // rows of D C and of L^-1 R' D C, or of P D C, eight numbers per node
   std::vector<double> compliance_, R_;
-  std::vector<double> L_;  // factors L of the blocks, laid out as R_; empty without compliance
-  // With J: J, the transposed inverse of J + R'E R of every block, and rows of that inverse times G.
-  std::vector<double> J_, P_, PG_;
+  std::vector<double> L_;            // factors L of the blocks, laid out as R_; empty without compliance
+  std::vector<double> J_, inverse_;  // without symmetry: J, and (J + E R)^-1 of every block
   std::vector<Pair> pairs_;
   std::vector<double> pair_values_;
   BlockCholesky cholesky_;
-  int sign_of_blocks_ = 1;  // sign of the product of the determinants of all J + R'E R
+  int sign_of_blocks_ = 1;  // sign of the product of the determinants of all J + E R
   std::vector<double> q_, z_, correction_, work_;
   // Velocities of the nodes: eight doubles per node for the kernels, its coordinates in the factorisation.
   std::vector<double> node_vectors_, packed_;
