@@ -4,8 +4,8 @@
                                    [--quick] [--program STEP_WORK] [--beside OTHER.csv] [--out FOLDER]
 
 Models: MJCF, URDF and JSON files. By default they are some of the shared robots, and robots on feet of many
-corners, on a height field and beside a pile, which the script builds, and a pile of spheres. Controls are
-random and constant, within a quarter of their range.
+corners, on a height field and beside a pile, which the script builds, a wall at rest, and a pile of spheres.
+Controls are random and constant, within a quarter of their range.
 
 A row per model and stage: thousands of instructions per step, and those of MuJoCo (defaults, same step and
 controls) for MJCF; "contacts" are those of a step, in thousands. A stage is the sum of functions (STAGES),
@@ -35,7 +35,7 @@ from typing import Literal
 import amontons
 import amontons.scenes
 import numpy as np
-from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape
+from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape, Sphere
 from common import ROOT, SAMPLE, arguments, read_csv, with_folders, write_csv
 from rich.console import Console
 from rich.table import Table
@@ -150,6 +150,21 @@ def beside_a_pile(trees: Literal["auto", "none"], high: int = 3) -> amontons.Mod
     return builder.build()
 
 
+def wall_at_rest(rows: int) -> amontons.Model:
+    """A wall of bricks, each on two others, and a ball that rolls far from it."""
+    builder = amontons.ModelBuilder()
+    builder.add_floor()
+    for row in range(rows):
+        for k in range(rows - row):
+            place = (0.42 * k + 0.21 * row, 0, 0.1 + 0.2 * row)
+            builder.add_body(shape=Box((0.2, 0.1, 0.1)), density=1000.0, position=place)
+    builder.add_body(
+        shape=Sphere(0.1), density=1000.0, position=(30, 0, 0.1), linear_velocity=(1, 0, 0),
+        angular_velocity=(0, 10, 0),
+    )  # fmt: skip
+    return builder.build()
+
+
 def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
     builder = amontons.ModelBuilder()
     add_robot(builder, foot, height, ground)
@@ -178,6 +193,7 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "wheels on 100 x 100 heights": partial(on_wheels, 100),
     "wheels in a tree beside a pile": partial(beside_a_pile, "auto"),
     "wheels on rows beside a pile": partial(beside_a_pile, "none"),
+    "wall of 105 bricks at rest beside a ball": partial(wall_at_rest, 14),
     PILE: lambda: amontons.scenes.get("spheres_in_box").make(count=1000, mu=0.5),
 }
 

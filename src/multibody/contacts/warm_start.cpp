@@ -26,19 +26,27 @@ void rows_of(const Contact& c, const CarriedContact& last, double scale, double*
 // Stores only contacts with an impulse, since others start from zero anyway. `local` identifies the point
 // again, in the frame of the moving body (A), as features of a body move with it. Sorted by pair, so that the
 // next step finds a pair by bisection.
+//
+// An impulse in the frame of its contact and back has other last bits, and those of a contact at rest would
+// drift.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
-                         const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         unsigned threads, std::vector<CarriedContact>& kept) {
+                         const std::vector<Contact>& solved, std::span<const Index> same, double least,
+                         const BodyFrames& bodies, unsigned threads, std::vector<CarriedContact>& kept) {
   const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &x[problem.graph.first_row[i]]; };
   static thread_local std::vector<PairKey> memory;
   std::vector<PairKey>& keys = memory;  // on another thread `memory` is that thread's
+  static thread_local std::vector<CarriedContact> of_last_step;
+  std::vector<CarriedContact>& last = of_last_step;
+  last.swap(kept);
   sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
   kept.resize(keys.size());
   for_entries(threads, keys.size(), [&](std::size_t k) {
     const std::size_t i = keys[k].contact;
     const Contact& c = contacts[i];
-    const auto [linear, angular] = to_world(c, rows_of_contact(i));
+    const auto [linear, angular] = same[i] >= 0
+                                       ? ContactImpulse{last[same[i]].impulse, last[same[i]].angular_impulse}
+                                       : to_world(c, rows_of_contact(i));
     const double slip = solved[i].state == ContactState::slip ? norm(solved[i].slip) : 0;
     // A contact may be at its limit without slipping.
     kept[k] = {c.geom_a, c.geom_b, inverse(bodies[c.body_a].pose)(c.point),

@@ -12,9 +12,10 @@ namespace amontons {
 // The contacts with an impulse in the solution x of a problem, in the form of State::contacts.
 // `solved`: the contacts with the results of the step, which supply slip and state. A slip up to `least`
 // (m/s) is an error of the solve: contacts that share their friction may be at their limit and stick.
+// `same`: per contact the number in `kept`, on entry, of the one whose impulse it keeps to the bit; -1: none.
 void keep_for_warm_start(const Problem& problem, std::span<const double> x,
-                         const std::vector<Contact>& solved, double least, const BodyFrames& bodies,
-                         unsigned threads, std::vector<CarriedContact>& kept);
+                         const std::vector<Contact>& solved, std::span<const Index> same, double least,
+                         const BodyFrames& bodies, unsigned threads, std::vector<CarriedContact>& kept);
 
 // The contact of the last step that each contact continues, by its number there: same geoms, nearest point.
 // -1: none, it had no impulse.

@@ -9,8 +9,8 @@ namespace amontons {
 
 void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again}, solved.solution,
-            solved.islands);
+  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again},
+            {solver.options(), solver.budget, solver.sums}, solved.solution, solved.islands);
   solve_beside(solver, posed, step.asleep, solved);
   solved.after = o.free;
   // If all stops, impulses are not needed.

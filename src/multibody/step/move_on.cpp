@@ -31,6 +31,19 @@ double least_slip(const StepSetting& step, const Solved& solved) {
   return residual * bodies * fall + std::sqrt(std::numeric_limits<double>::epsilon()) * fastest;
 }
 
+// Contacts of islands at rest keep the impulses of the state, unless those have changed (step/carry).
+std::vector<Index>& find_same(const StepSetting& step, const StepProblem& posed, const Solved& solved,
+                              const Observed& o, double last_kick) {
+  static thread_local std::vector<Index> same;
+  same.assign(o.contacts.size(), -1);
+  if (!solved.islands.any_rests || step.kick() != last_kick) return same;
+  const std::vector<Index>& home = posed.problem->graph.islands.of_block;
+  for (std::size_t i = 0; i < o.known.size(); ++i)
+    if (const Island& island = solved.islands.each[home[i]]; island.rests && !island.changed)
+      same[i] = o.known[i];
+  return same;
+}
+
 }  // namespace
 
 void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, Observed& o, State& state) {
@@ -38,7 +51,8 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   store_impulses(*posed.problem, step.options.law, solved.solution, solved.after, o.contacts,
                  step.options.threads);
   const double least = least_slip(step, solved);
-  keep_for_warm_start(*posed.problem, x, o.contacts, least, o.frames, step.options.threads, state.contacts);
+  keep_for_warm_start(*posed.problem, x, o.contacts, find_same(step, posed, solved, o, state.impulse_step),
+                      least, o.frames, step.options.threads, state.contacts);
   carry_asleep(step.asleep, state.contacts);
   store_joint_impulses(posed.rows, x.last(posed.rows.jacobian.size()), state);
   store_slips(posed.rows, *posed.problem, solved.solution, least, state);

@@ -5,8 +5,8 @@
 //
 // A body that stops loses that velocity, and with it momentum. The scene as a whole may lose the error of a
 // start within the tolerance; if it did not, the errors of starts would add up. Beside other bodies that
-// move, momentum is kept to the rounding of a direct solve. Islands that iterations solve do not come to
-// rest there.
+// move, momentum is kept to the rounding of a direct solve: the impulses of islands that iterations solve
+// change until they carry all loads (step/carry).
 //
 // Islands are found only if some contact has slow bodies on both sides. Each test is made only if an island
 // may still rest. So a robot that walks pays for one look at its velocities. Islands that move become a
@@ -18,8 +18,10 @@
 #include <cmath>
 
 #include "amontons/problem/residual.hpp"
+#include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/start.hpp"
 #include "multibody/step/assemble.hpp"
+#include "multibody/step/carry.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -60,9 +62,10 @@ void keep_slow(double length, const BodyVelocities& v, double error, const Islan
       each[home].rests = false;
 }
 
-// Islands whose start is not within the tolerance do not rest: `most`, if all rest, else `rounding`.
-void keep_solved(const Problem& problem, Law law, double most, double rounding, const Solution& start,
+// Islands whose start is not within the tolerance do not rest.
+void keep_solved(const Problem& problem, Law law, double tolerance, const Solution& start,
                  StepIslands& islands) {
+  for (Island& i : islands.each) i.start = {};
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     Island& island = islands.each[problem.graph.islands.of_block[block]];
     if (!island.rests) return;
@@ -73,9 +76,43 @@ void keep_solved(const Problem& problem, Law law, double most, double rounding, 
     add_de_saxce_term(set, law, &problem.b[row], g);
     island.start.at_zero += natural_map_squared(set, problem.P[block], zero, g);
   });
-  for (const Island& i : islands.each) islands.slow = islands.slow && i.start.residual() <= most;
-  for (Island& i : islands.each)
-    if (!(i.start.residual() <= (islands.slow ? most : rounding))) i.rests = false;
+  for (Island& i : islands.each) {
+    i.rests = i.rests && i.start.residual() <= tolerance;
+    islands.slow = islands.slow && i.rests;
+  }
+}
+
+// Beside bodies that move only islands whose impulses carry all loads to rounding rest. Those of the others
+// are changed until they do, if the island can stand.
+void keep_carried(const StepSetting& step, const Problem& problem, const BodyVelocities& predicted,
+                  const RestSolver& solver, Solution& start, StepIslands& islands) {
+  const double length = step.model.length(), share = step::policy.direct_start;
+  const double rounding = share * step.options.tolerance;
+  const Islands& graph = problem.graph.islands;
+  std::vector<Island> carried = islands.each;
+  keep_slow(length, predicted, rounding, graph, carried);
+  const auto counts = [&](Index home) { return islands.each[home].rests && !carried[home].rests; };
+  bool any = false;
+  for (Index home = 0; home < static_cast<Index>(graph.count); ++home) {
+    islands.each[home].changed = islands.each[home].changed || counts(home);
+    any = any || counts(home);
+  }
+  if (!any) return;
+  Options options = solver.options;
+  options.tolerance = share * rounding;
+  options.iterates = nullptr;
+  const Part part = find_carrying(problem, start.x, predicted, counts, options, solver.budget);
+  solver.sums.add_cost(part.solution);
+  std::vector<double> change(problem.rows(), 0.0);
+  for (std::size_t k = 0; k < part.solution.x.size(); ++k)
+    change[part.of.rows[k]] = part.solution.x[k] - start.x[part.of.rows[k]];
+  BodyVelocities after = predicted;
+  apply_impulses(problem, change, after);
+  keep_slow(length, after, rounding, graph, islands.each);
+  if (part.blocks.empty()) return;
+  part.of.put(part.solution.x, start.x);
+  form_velocities(problem, start);
+  keep_solved(problem, step.options.law, step.options.tolerance, start, islands);
 }
 
 }  // namespace
@@ -95,7 +132,7 @@ double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
 // the error of a start within the tolerance: the impulses of this step take them out. Those after them may
 // not, unless all rests, because the bodies lose what remains.
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
-                                 Solution& start, StepIslands& islands) {
+                                 const RestSolver& solver, Solution& start, StepIslands& islands) {
   const Model& model = step.model;
   const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
   double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
@@ -104,26 +141,30 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   const bool some = step.asleep.any();
   if (!some && std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
-  const double rounding = step::policy.direct_start * tolerance;
   const Problem& problem = posed.problem;
   const Islands& graph = problem.graph.islands;
   islands.each.assign(graph.count, {});
   slowest = tolerance * find_speeds(fall, model.bodies(), graph, step.asleep.bodies(), islands.each);
-  for (Island& island : islands.each) island.rests = true;
+  for (Island& island : islands.each) {
+    island.rests = true;
+    island.changed = posed.again;
+  }
   // Before the step, and with the start.
   islands.slow = true;
-  for (const auto& [v, error] : {std::pair{&o.start, tolerance}, std::pair{&posed.predicted, rounding}}) {
+  for (const BodyVelocities* v : {&o.start, &posed.predicted}) {
     islands.slow = islands.slow && std::all_of(v->begin(), v->end(), slow);
-    if (!islands.slow) keep_slow(model.length(), *v, error, graph, islands.each);
+    if (!islands.slow) keep_slow(model.length(), *v, tolerance, graph, islands.each);
     if (!some && !rests_any(islands)) return false;
   }
   begin_at(problem, posed.x0, start);
-  keep_solved(problem, step.options.law, tolerance, rounding, start, islands);
+  keep_solved(problem, step.options.law, tolerance, start, islands);
+  if (!islands.slow && !step.options.own_method)
+    keep_carried(step, problem, posed.predicted, solver, start, islands);
   return some || rests_any(islands);
 }
 
-void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, Solution& start,
-               StepIslands& islands) {
+void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, const RestSolver& solver,
+               Solution& start, StepIslands& islands) {
   const Problem& problem = posed.problem;
   Part& moving = islands.moving;
   // Without new contacts the islands that rested beside an earlier solve of the step still do: contacts that
@@ -136,7 +177,7 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
   moving.blocks.clear();
   // The same part of the problem is solved whether others rest or sleep: its bits depend on that.
   if (posed.x0.empty() || (o.contacts.empty() && !step.asleep.any()) ||
-      !find_islands_at_rest(step, o, posed, start, islands))
+      !find_islands_at_rest(step, o, posed, solver, start, islands))
     return;
   const std::vector<Index>& home = problem.graph.islands.of_block;
   for (std::size_t k = 0; k < home.size(); ++k)

@@ -19,8 +19,8 @@
 // scene have zeros of those asleep, as the work along mean velocities has. Their velocities without impulses
 // are known, so that a look ahead compares the same changes.
 //
-// An iterative method carries over the rounding of its tolerance. Beside other motion its islands
-// rest only once the residual is a small part of the tolerance, and then sleep.
+// Impulses in the frame of a contact and back would carry over rounding from step to step. Contacts of
+// islands at rest keep those of the state (step/move_on).
 #include "multibody/step/sleep.hpp"
 
 #include <algorithm>
