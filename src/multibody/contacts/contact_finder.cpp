@@ -314,7 +314,7 @@ void ContactFinder::find_unforeseen(const Reach& reach, std::vector<Contact>& co
 
 bool ContactFinder::is_known(const Reach& reach, const Contact& contact,
                              const std::vector<Contact>& contacts) const {
-  const double same = contacts::policy.same_point * reach.margin;
+  const double same = contacts::policy.level * reach.margin;
   const auto [first, last] = keys_of(by_pair_, pair_of(contact));
   return std::any_of(first, last, [&](const PairKey& key) {
     return norm(contacts[key.contact].point - contact.point) <= same;

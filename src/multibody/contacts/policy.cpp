@@ -12,11 +12,9 @@ constinit Policy policy;
     name_policy("contacts", {{"allowance", &policy.allowance},
                              {"level", &policy.level},
                              {"least_overlap", &policy.least_overlap},
-                             {"same_point", &policy.same_point},
                              {"passing", &policy.passing},
                              {"few", &policy.few},
                              {"one_normal", &policy.one_normal},
-                             {"nearest", &policy.nearest},
                              {"least_turn", &policy.least_turn},
                              {"same_direction", &policy.same_direction}});
 

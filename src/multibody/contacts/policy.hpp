@@ -12,13 +12,13 @@ struct Policy {
   // and the tolerance. Redundant points are considered up to a gap of this size. The neighbour of a rim
   // begins so near.
   double allowance = 0.1;
-  // Height or overlap (relative): far above the error of a resting body, far below the purpose of a margin.
-  // Faces whose heights differ by less are level, and a redundant point may overlap by so much.
+  // Distance (relative): far above the error of a resting body, far below the purpose of a margin. Faces
+  // whose heights differ by less are level, points that are nearer are the same, and a redundant point may
+  // overlap by so much.
   double level = 0.01;
   // Overlap (relative): least one that a redundant point may have; beyond it the share `passing` counts.
+  // Without it a sole has more points than it needs (test_contact_points).
   double least_overlap = 1e-4;
-  // Distance (relative): points that are nearer are the same.
-  double same_point = 1e-3;
 
   // Overlap (relative to the travel in the step): that a redundant point may have, because a fast body passes
   // quickly. A body on a rough sole that stands alternately on different points would never rest with more.
@@ -28,15 +28,14 @@ struct Policy {
   // Cosine (1): of normals of one group. 8 degrees are less than the angle at edges of a body or of the
   // ground, more than that between triangles of a fine mesh.
   double one_normal = 0.99;
-  // Distance (relative to the smaller shape): of a point to that of the last step, which is the same.
-  double nearest = 0.25;
 
   // Turns.
 
   // Turn (rad): of a pair in a step, below which it is neglected. A point at the distance r from the axis
   // departs from its tangent by r a^2 / 2, half a millionth of r.
   double least_turn = 1e-3;
-  // Angle (rad): between directions that are the same, or that are perpendicular.
+  // Angle (rad): between directions that are the same, or that are perpendicular. With 1e-3 a rolling
+  // ellipsoid feels seams (test_seams).
   double same_direction = 1e-4;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.

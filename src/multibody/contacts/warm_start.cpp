@@ -74,10 +74,10 @@ void match(const Model& model, std::span<const CarriedContact> last, const Trans
     was[0] = 0;
     return;
   }
-  // One of several is the same if it moved by less than a part of the smaller shape.
+  // One of several is the same if it moved by less than half of the smaller shape.
   const auto [a, b] = pair_of(contacts[0]);
-  const double reach = contacts::policy.nearest *
-                       std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  const double reach =
+      0.5 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
   matches.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Vec3 local = to_local(contacts[i].point);

@@ -134,14 +134,13 @@ void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, c
 void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,
              std::span<const Vec3> turns, Problem& problem) {
   const auto& A = std::get<ContactSystem>(problem.A);
-  const auto closes = [&](const Contact& c) { return options.closing > 0 && -c.gap <= options.most_closed; };
   for_entries(options.threads, A.contacts.size(), [&](std::size_t i) {
     const Contact& c = A.contacts[i];
     // Rows of its own for each contact: no thread reads what another writes.
     double* b = &problem.b[problem.graph.first_row[i]];
     const ContactImpulse u = relative_motion(c, free);
     to_rows(c, u.linear, u.angular, c.moment_length, b);
-    const double recovery = std::max({options.recovery_speed, closes(c) ? options.closing : 0,
+    const double recovery = std::max({options.recovery_speed, options.closing,
                                       -c.gap <= options.h * options.at_once ? options.at_once : 0});
     b[0] += contact_bias(c, b[0], recovery, options);
     const double E = contact_compliance(c.material, options);

@@ -11,12 +11,11 @@ namespace amontons {
 struct Assembly {
   double h, kick, recovery_speed;  // s, of the motion and of the impulses; m/s
   bool impact = false;             // require u_n = -e u_n^- instead of closing gaps
-  // closing: speed (m/s) at which contacts with an overlap up to most_closed (m) are closed.
-  double closing = 0, most_closed = 0;
-  double at_once = 0;            // m/s: overlaps that it closes within the step are closed so
-  double slack = 0;              // m: smaller gaps and overlaps count as zero
-  const Model* model = nullptr;  // set: contacts on trees have the compliance of joint rows
-  unsigned threads = 1;          // 0: one per core; results do not depend on it
+  double closing = 0;              // m/s, at which overlaps are closed
+  double at_once = 0;              // m/s: overlaps that it closes within the step are closed so
+  double slack = 0;                // m: smaller gaps and overlaps count as zero
+  const Model* model = nullptr;    // set: contacts on trees have the compliance of joint rows
+  unsigned threads = 1;            // 0: one per core; results do not depend on it
 };
 
 // A and K of the VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.

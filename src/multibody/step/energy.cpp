@@ -133,7 +133,7 @@ EnergyBalance along_mean(const EnergyInput& in) {
   }
   work += work_on_trees(in, mean.moved);
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.three_digits * kinetic + step::policy.energy_of_gravity * gravity + recovered};
+          step::policy.three_digits * kinetic + gravity + recovered};
 }
 
 // J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

@@ -44,14 +44,15 @@ void find_stops(const FixedContacts& fixed, std::size_t bodies, std::vector<Stop
 bool sweep_stops(const FixedContacts& fixed, std::span<const Stop> stops, std::span<double> impulse,
                  BodyVelocities& v) {
   bool any = false, changed = true;
-  for (int sweep = 0; sweep < step::policy.sweeps && changed; ++sweep) {
+  for (std::size_t sweep = 0; sweep < step::policy.few_iterations && changed; ++sweep) {
     changed = false;
     for (const auto& [i, body, first, jointed] : stops) {
       const Contact& c = fixed.contacts[i];
       const double short_of = fixed.least[i] - dot(c.normal, relative_motion(c, v).linear);
       if (!(short_of > 0)) continue;
-      if (jointed && fixed.h * short_of - std::min(c.gap, 0.0) < step::policy.deep_joint * fixed.error)
-        continue;
+      // A body that stops alone comes apart from those that its joints hold. Errors between bodies are
+      // corrected later, so it stops only where it would leave.
+      if (jointed && fixed.h * short_of - std::min(c.gap, 0.0) < fixed.model.length()) continue;
       const BodyMobility& mobility = fixed.mobility[body];
       const Vec3 n = first ? c.normal : -c.normal, turn = cross(first ? c.r_a : c.r_b, n);
       const Vec3 spin = mobility.inverse_inertia * turn;
@@ -74,7 +75,8 @@ std::span<const double> stop_at_fixed(const FixedContacts& fixed, BodyVelocities
   find_stops(fixed, v.size(), stops);
   impulse.assign(fixed.contacts.size(), 0);
   bool any = false;
-  for (int round = 0; round < step::policy.sweeps && sweep_stops(fixed, stops, impulse, v); ++round) {
+  for (std::size_t round = 0; round < step::policy.few_iterations && sweep_stops(fixed, stops, impulse, v);
+       ++round) {
     any = true;
     if (fixed.start == nullptr) break;
     slow_spins(fixed.model, *fixed.start, fixed.h, v);

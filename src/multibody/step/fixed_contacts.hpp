@@ -15,9 +15,7 @@ struct FixedContacts {
   const BodyMobilities& mobility;
   std::span<const Contact> contacts;
   std::span<const double> least;  // m/s, along the normal of each contact
-  // Allowed position error (m) and step (s). Bodies with joints would come apart, so they stop only if they
-  // are many errors deep or would leave.
-  double error, h;
+  double h;                       // s
   // Velocities at the start of the step, relative to which spins are limited; null for displacements.
   const BodyVelocities* start = nullptr;
 };

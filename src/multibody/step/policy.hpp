@@ -13,7 +13,8 @@ struct Policy {
   // both search again (benchmarks/budgets.py).
   double least_searches = 6;
   // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
-  // later.
+  // later. Also sweeps of the safe step over the fixed contacts of a body in a corner, and rounds with spins
+  // limited in between.
   std::size_t few_iterations = 10;
   // Work (products with a block, per block): limit of a step, 0.8 ms per contact or joint. Iterations of
   // first-order methods do not grow with the size of large steps.
@@ -48,13 +49,11 @@ struct Policy {
   // Speed (relative to g h): overlaps close at most this fast, which is invisible. Tests of heights, slopes
   // and internal edges need it. Off: 0.
   double closing = 1e-3;
-  // Overlap (allowed errors): beyond it no contact closes, because the recovery does. A gap that is too
-  // narrow would take a body in farther (test_step_limits). Off: 1e30.
-  double deep = 2;
   // Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do
-  // not move. Also the tolerance of a correction (relative): later ones follow, and one factorisation solves
-  // linear systems to rounding. A pile at rest beside a robot would add to its iterations with 1e-5 and with
-  // 1e-3 (test_rest_of_islands).
+  // not move. Beyond it no contact closes, because the recovery does: a gap that is too narrow would take a
+  // body in farther. Also the tolerance of a correction (relative): later ones follow, and one factorisation
+  // solves linear systems to rounding. A pile at rest beside a robot would add to its iterations with 1e-5
+  // and with 1e-3 (test_rest_of_islands).
   double allowed_error = 1e-4;
   // Slack of gaps (steps of drift at the tolerance): smaller differences of gaps are ignored in large
   // problems. A wall at rest takes 105,251 iterations instead of 418 without it (measured on 378da62).
@@ -76,20 +75,8 @@ struct Policy {
   // Iterations (count): limit of a solve of positions.
   std::size_t most_position_iterations = 100;
 
-  // Safe step.
-
-  // Sweeps (count): over the fixed contacts of a body in a corner; also rounds with spins limited in between.
-  // Off: 0.
-  int sweeps = 20;
-  // Overlap (allowed errors): bodies with joints would come apart, so they are stopped only if they would be
-  // deeper at the end of the step.
-  double deep_joint = 1e3;
-
   // Energy and second order.
 
-  // Energy gained (relative to the energy that gravity adds to free bodies in one step): the allowance at
-  // rest. With a thousandth the probes of a derivative that close a limit count as energy (test_derivative).
-  double energy_of_gravity = 0.1;
   // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
   // (test_scenes).
   // Off: 1.

@@ -18,10 +18,9 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
   const double error = allowed_error(step.model.length());
   const double fall = step.h * norm(step.model.description().gravity);
   const bool keeps_closed = step.recovery > 0 || !step.damped;
-  const double deep = step::policy.deep * error;
   const bool overlaps =
-      step.asleep.overlap > deep || std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-        return c.gap < -deep && !(c.material.compliance > 0);
+      step.asleep.overlap > error || std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+        return c.gap < -error && !(c.material.compliance > 0);
       });
   const bool few = 3 * (contacts.size() + step.asleep.contacts.size()) + joint_rows <= step::policy.few_rows;
   const double drift = step::policy.steps_of_slack * step.options.tolerance * fall * step.h;
@@ -29,7 +28,6 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .kick = step.kick(),
           .recovery_speed = step.recovery,
           .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
-          .most_closed = error,
           .at_once = step.options.closing_at_once,
           .slack = few ? 0 : std::min(drift, error),
           .model = &step.model,

@@ -191,7 +191,7 @@ void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
   const double error = allowed_error(in.length);
   std::vector<double> least;
   for (const Contact& c : in.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / in.h);
-  stop_at_fixed({in.model, in.mobility, in.contacts, least, error, in.h}, p);
+  stop_at_fixed({in.model, in.mobility, in.contacts, least, in.h}, p);
 }
 
 }  // namespace

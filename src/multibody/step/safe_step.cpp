@@ -86,7 +86,7 @@ void scale_impulses(const StepSetting& step, const Observed& o, const StepProble
 // come back.
 void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, StepProblem& posed,
                  Solved& solved) {
-  const double h = step.h, error = posed.assembly.most_closed;
+  const double h = step.h, error = allowed_error(step.model.length());
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();
   if (!clock.budget.ends_within(clock.timings.collision))
@@ -101,8 +101,7 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
   const std::vector<Index>& row = posed.problem->graph.first_row;
   std::vector<double> least;
   for (const Contact& c : o.contacts) least.push_back(-(std::max(c.gap, 0.0) + error) / h);
-  const auto impulses =
-      stop_at_fixed({step.model, o.mobility, o.contacts, least, error, h, &o.start}, solved.after);
+  const auto impulses = stop_at_fixed({step.model, o.mobility, o.contacts, least, h, &o.start}, solved.after);
   for (std::size_t i = 0; i < impulses.size(); ++i) solved.solution.x[row[i]] += impulses[i];
   if (!impulses.empty()) solved.path = StepPath::bodies_stopped;
 }

@@ -329,7 +329,7 @@ bool CentralCurve<System>::move(const Direction& d, double share) {
 // Repeats the last step along the curve with half of its length.
 template <class System>
 bool CentralCurve<System>::shorten() {
-  step_ *= curve::policy.shorter;
+  step_ *= curve::policy.most_change;
   if (curve::makes_no_progress(step_)) return false;
   back_steps_ = 0;
   barriers_ = before_;
@@ -370,7 +370,7 @@ double CentralCurve<System>::first_part(bool falls) {
   recover(trial_, false);
   const double free = std::min(1.0, longest_step(trial_)), rest = 1 - free;
   const double part = falls ? 1 - std::max(rest * rest * rest, c::least_share()) : c::policy.most_change;
-  return std::min(part, c::policy.beyond * free);
+  return std::min(part, free / c::policy.most_change);
 }
 
 template <class System>
@@ -389,7 +389,7 @@ bool CentralCurve<System>::step() {
   const double speed = norm(along_);
   double part = first_part(falls);
   if (!(part > 0)) return false;
-  for (int i = 0;; ++i, part *= c::policy.shorter) {
+  for (int i = 0;; ++i, part *= c::policy.most_change) {
     trial_ = back_;
     add(trial_, falls ? -part : part, along_);
     recover(trial_, false);
@@ -399,7 +399,7 @@ bool CentralCurve<System>::step() {
     const bool last = i == c::policy.most_repeats, straight = last && bends;
     if (!straight) add(trial_, 1, corrected_);
     recover(trial_, !straight);
-    if (last || (!bends && longest_step(trial_) > c::policy.shorter))
+    if (last || (!bends && longest_step(trial_) > c::policy.most_change))
       return move(trial_, std::clamp(1 - share, curve::policy.fraction, curve::policy.most_fraction));
   }
 }

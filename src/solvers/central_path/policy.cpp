@@ -13,8 +13,6 @@ constinit Policy policy;
                                                                  {"most_fraction", &policy.most_fraction},
                                                                  {"most_bend", &policy.most_bend},
                                                                  {"most_change", &policy.most_change},
-                                                                 {"shorter", &policy.shorter},
-                                                                 {"beyond", &policy.beyond},
                                                                  {"neighbourhood", &policy.neighbourhood},
                                                                  {"most_repeats", &policy.most_repeats}});
 

@@ -23,12 +23,9 @@ struct Policy {
 
   // Change (ratio of t): largest rise of a step, and largest fall of one back to the curve, because the curve
   // bends away beyond. After a larger fall beyond a fold the step has jumped to another branch of the curve,
-  // on which it might circle.
+  // on which it might circle. Also the share of a step that the boundary must leave, or else the step is
+  // repeated with this length. So the first aim lies beyond the boundary by its inverse: a step is cut there.
   double most_change = 0.5;
-  // Step (relative): share that the boundary must leave, or else the step is repeated with this length.
-  double shorter = 0.5;
-  // Aim of a step (distances to the boundary): it may lie beyond, as a step is cut there.
-  double beyond = 2;
   // Distance (units of t): of one block to the curve, above which a step only goes back to the curve.
   double neighbourhood = 2;
   // Repetitions (count): halvings of a step; the last one is taken without the correction. Also steps back in

@@ -13,6 +13,7 @@
 #include "solvers/direct/policy.hpp"
 #include "solvers/direct/reduction.hpp"
 #include "solvers/direct/tree_reduction.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -100,7 +101,7 @@ double Elimination::Memory::complete(Solution& s) {
   double bilateral = form_u(s);
   for (int k = 0;
        k < direct::policy.refinements &&
-       bilateral > std::max(direct::policy.rounding, direct::policy.aim * options->tolerance) * scale;
+       bilateral > std::max(second_order::policy.rounding, direct::policy.aim * options->tolerance) * scale;
        ++k) {
     in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);

@@ -7,6 +7,7 @@
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -23,7 +24,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   diagonal_.resize(m);
   for (std::size_t i = 0; i < m; ++i) diagonal_[i] = island.diagonal(i);
   for (const double d : diagonal_) largest = std::max(largest, d);
-  const double floor = largest > 0 ? direct::policy.rounding * largest : 1.0;
+  const double floor = largest > 0 ? second_order::policy.rounding * largest : 1.0;
   for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += diagonal_[row + k] / S::dim;
@@ -186,7 +187,7 @@ bool IslandSolver::start_near() {
   trial_u_ = u_;
   system_.units().from_impulses(trial_);
   system_.units().from_velocities(trial_u_);
-  double t = direct::policy.rounding;
+  double t = second_order::policy.rounding;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
     add_de_saxce_term(set, law_, &u_[row], g);
@@ -210,7 +211,7 @@ bool IslandSolver::follow(bool falls) {
     keep_better(x_, u_);
     if (falls && curve_.t() > before) break;
     before = curve_.t();
-    if (before < direct::policy.rounding * direct::policy.rounding) break;
+    if (before < second_order::policy.rounding * second_order::policy.rounding) break;
   }
   return result_.map <= limits_.target;
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "solvers/direct/policy.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -136,7 +137,8 @@ void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::s
   for (std::size_t k = 0; k < width; ++k) {
     double e = 1;  // for an unused row
     if (k < j.rows.size())
-      e = std::max(A.compliance[row_[j.rows[k]] - contact_rows], direct::policy.rounding * P_[j.rows[k]]);
+      e = std::max(A.compliance[row_[j.rows[k]] - contact_rows],
+                   second_order::policy.rounding * P_[j.rows[k]]);
     E[(n + 1) * k] = -e;
   }
   for (Index body : {j.link.a, j.link.b}) {

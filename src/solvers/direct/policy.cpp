@@ -11,7 +11,6 @@ constinit Policy policy;
 [[maybe_unused]] static const bool named =
     name_policy("direct", {{"most_rows", &policy.most_rows},
                            {"most_factor_work", &policy.most_factor_work},
-                           {"rounding", &policy.rounding},
                            {"aim", &policy.aim},
                            {"reduced_share", &policy.reduced_share},
                            {"refinements", &policy.refinements},

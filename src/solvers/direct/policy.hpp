@@ -20,10 +20,6 @@ struct Policy {
 
   // Accuracy.
 
-  // Rounding (relative): the natural map that bilateral rows may leave, the least compliance of such a row in
-  // K, and the floor of the diagonal of W. At the end of the curve sqrt(t) is as small. Redundant rows then
-  // have a pivot far above the terms that cancel there.
-  double rounding = 1e-13;
   // Natural map (tolerances): where islands stop. Newton steps cost microseconds, and a scene at rest starts
   // its next step with the answer (test_rest).
   double aim = 1e-5;

@@ -11,6 +11,7 @@
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
 #include "solvers/linear/small_roots.hpp"
+#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -297,7 +298,7 @@ void TreeReduction::factor_held(Held& held, std::size_t width) {
   const std::size_t f = held.row.size(), m = f + width;
   pivot_.resize(f);
   for (std::size_t k = 0; k < f; ++k)
-    pivot_[k] = direct::policy.rounding * held.factor[(held.stride + 1) * k];
+    pivot_[k] = second_order::policy.rounding * held.factor[(held.stride + 1) * k];
   for (std::size_t k = 0; k < f; ++k) {
     double* own = &held.factor[held.stride * k];
     const double pivot = std::sqrt(std::max(own[k], pivot_[k]));

@@ -67,6 +67,8 @@ class NewtonStep {
   }
 
  private:
+  // A contact that sticks has the pivot sigma P, with which digits cancel (ShiftedSystem); one step of
+  // refinement brings them back.
   static constexpr int refinements = 1;
 
   // f, R and J of a block.

@@ -6,14 +6,16 @@
 namespace amontons::second_order {
 
 struct Policy {
-  // Rounding (relative): of a best residual, of t near the end of the path of Coulomb's law, and of sqrt(t)
-  // at its end. A proximal term of this size keeps the pivots of a singular A.
+  // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
+  // proximal term of this size keeps the pivots of a singular A. In the direct way also the natural map that
+  // bilateral rows may leave, the least compliance of such a row in K, and the floor of the diagonal of W.
+  // Redundant rows then have a pivot far above the terms that cancel there.
   double rounding = 1e-12;
 
   // Interior point.
 
   // Step (relative to the distance to the boundary): on the boundary the scaling does not exist, and a step
-  // that ends much nearer leaves the next one no room.
+  // that ends much nearer leaves the next one no room. With 0.99 B3_s10 stalls (test_reference_files).
   double fraction = 0.995;
   // Collapse (ratio): growth of the residual over the best one, or shortening of a step, that ends the path.
   // While it converges the residual may rise for a few steps. At the end W is all rounding, and the residual
