@@ -245,6 +245,9 @@ void average(const SetProduct& K, std::size_t first, const double* diagonal, std
   });
 }
 
+// Contacts are the first blocks, each with a mean of its own: threads share them, and no entry of diag(A) is
+// stored for them. Along trees the entries follow from the rows of D M^-1/2, and a matrix has its diagonal:
+// their blocks are averaged from all entries.
 void make_preconditioner(Problem& problem, unsigned threads) {
   problem.P.resize(problem.K.blocks());
   static thread_local std::vector<double> diag;

@@ -79,6 +79,8 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+// The motion of a geom with the velocity of its body. A turn of a ball moves no point of its surface along
+// the normal, nor its centre.
 GeomMotion ContactFinder::motion(const Reach& reach, std::size_t geom, const BodyVelocity& v) const {
   const Model::Outline& outline = reach.model.outline(static_cast<Index>(geom));
   if (outline.radius > 0) return {v.linear, 0};

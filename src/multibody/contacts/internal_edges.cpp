@@ -142,6 +142,8 @@ void InternalEdges::collect(const Model& model, const std::vector<Contact>& cont
     for (std::size_t i = first + 1; i < end; ++i)
       if (contacts[i].gap < contacts[deepest].gap) deepest = i;
     states_.push_back({first, end, deepest, false, !may_have_edge(model, contacts[first])});
+    // A pair without an edge never passes: it is held from the beginning. Geoms of such pairs alone need no
+    // touches.
     if (!states_.back().holds) at_edge_[contacts[first].geom_a] = at_edge_[contacts[first].geom_b] = 1;
   }
   for (std::uint32_t pair = 0; pair < states_.size(); ++pair) {
