@@ -190,9 +190,12 @@ def sequence(what: str, values: Any) -> list[Any]:
 def entries(what: str, values: Any, count: int, most: float = LARGEST, remedy: str = "") -> tuple[float, ...]:
     """`values` as a tuple of `count` finite floats; remedy: what a message says of another count."""
     # Most numbers of a file are right already; the comparison fails for NaN.
-    known = type(values) is tuple and len(values) == count and all([type(x) is float for x in values])
-    if known and all([-most <= x <= most for x in values]):
-        return values  # type: ignore[no-any-return]
+    if type(values) is tuple and len(values) == count:
+        for x in values:
+            if type(x) is not float or not -most <= x <= most:
+                break
+        else:
+            return values  # type: ignore[no-any-return]
     try:
         listed = tuple(islice(values, count + 1))  # of what has no end, too
     except Exception:  # of an object that is no sequence, or only looks like one

@@ -80,13 +80,13 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
     graph.moves[body] = 1;
     return body;
   };
-  std::size_t contact = 0;
-  const std::size_t contact_rows = A.contact_rows();
-  for_each_block(K, [&](const auto&, std::size_t, std::size_t row) {
+  std::size_t contact_rows = 0;
+  for_each_block(K, [&](const auto& set, std::size_t block, std::size_t row) {
     graph.first_row.push_back(static_cast<Index>(row));
-    if (row < contact_rows) {
-      const Contact& c = A.contacts[contact++];
+    if (block < A.contacts.size()) {
+      const Contact& c = A.contacts[block];
       graph.links.push_back({node(c.body_a), node(c.body_b)});
+      contact_rows = row + set.dim;
     } else {
       const JacobianRow& j = A.jacobian[row - contact_rows];
       graph.links.push_back({node(j.body_a), node(j.body_b)});

@@ -364,20 +364,43 @@ void contact_diagonal(const ContactSystem& A, std::size_t contact, double* d) {
                                                : effective_inverse_mass(A.bodies, jacobian_row(c, basis, k)));
 }
 
+// The sum over three orthogonal axes e of e . e / m + (r x e)' I^-1 (r x e) is 3 / m + tr(I^-1) |r|^2 - r'
+// I^-1 r, whatever the axes.
+double mean_diagonal(const ContactSystem& A, std::size_t contact) {
+  const Contact& c = A.contacts[contact];
+  double sum = 0;
+  if (c.rows == 3) {
+    const auto add = [&](Index body, const Vec3& r) {
+      if (body < 0) return;
+      const auto& [xx, yy, zz, xy, xz, yz] = A.bodies.inverse_inertia[body];
+      const double x = r.x * r.x, y = r.y * r.y, z = r.z * r.z;
+      sum += 3 * A.bodies.inverse_mass[body] + (xx * (y + z) + yy * (x + z) + zz * (x + y)) -
+             2 * (xy * r.x * r.y + xz * r.x * r.z + yz * r.y * r.z);
+    };
+    add(c.body_a, c.r_a);
+    add(c.body_b, c.r_b);
+    return A.contact_compliance[contact] + sum / 3;
+  }
+  double d[6];
+  contact_diagonal(A, contact, d);
+  for (int k = 0; k < c.rows; ++k) sum += d[k];
+  return sum / c.rows;
+}
+
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
-void diagonal(const ContactSystem& A, std::span<double> d, unsigned threads) {
-  if (A.constrained && A.constrained->linkage) return diagonal_of_trees(A, *A.constrained->linkage, d);
-  const std::size_t n = A.contacts.size(), before = A.contact_rows();
-  // Where each contact has three rows, parts know their first one.
-  for_parts(before == 3 * n ? threads : 1, n, pass_size, [&](std::size_t, std::size_t i, std::size_t last) {
-    for (std::size_t row = 3 * i; i < last; row += static_cast<std::size_t>(A.contacts[i++].rows))
-      contact_diagonal(A, i, &d[row]);
-  });
-  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
-    d[before + i] = A.compliance[i] + effective_inverse_mass(A.bodies, A.jacobian[i]);
+void ContactSystem::diagonal(std::span<double> d) const {
+  if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < contacts.size(); row += static_cast<std::size_t>(contacts[i++].rows))
+    contact_diagonal(*this, i, &d[row]);
+  row_diagonal(*this, d.subspan(row));
 }
-void ContactSystem::diagonal(std::span<double> d) const { amontons::diagonal(*this, d, 1); }
+
+void row_diagonal(const ContactSystem& A, std::span<double> d) {
+  for (std::size_t i = 0; i < A.jacobian.size(); ++i)
+    d[i] = A.compliance[i] + effective_inverse_mass(A.bodies, A.jacobian[i]);
+}
 
 // Rows keep their order, so that x, b and K serve both.
 ContactSystem ContactSystem::stored() const {

@@ -12,6 +12,8 @@
 
 #include "amontons/base/error.hpp"
 #include "amontons/base/math.hpp"
+#include "amontons/base/parts.hpp"
+#include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/problem/threaded_product.hpp"
 
 namespace amontons {
@@ -225,34 +227,53 @@ void check_blocks(const ContactSystem& A, const SetProduct& K) {
 }
 
 // docs/algorithm.md (15): per block the mean of diag(A). Blocks that no body carries (zero rows) would cause
-// a division by zero; any positive value serves them. 1e-14 of the largest entry is such a value, in the
+// a division by zero; any positive value serves them. 1e-14 of the largest mean is such a value, in the
 // units of the problem; 1 if A is zero.
-void make_preconditioner(const SetProduct& K, std::span<const double> diagonal, std::vector<double>& P) {
+void keep_positive(std::vector<double>& P) {
   double largest = 0;
-  for (double d : diagonal) largest = std::max(largest, std::abs(d));
+  for (double p : P) largest = std::max(largest, std::abs(p));
   const double floor = largest > 0 ? 1e-14 * largest : 1.0;
-  P.resize(K.blocks());
-  for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
-    double mean = 0;
-    for (int k = 0; k < S::dim; ++k) mean += diagonal[row + k] / S::dim;
-    P[block] = std::max(mean, floor);
+  for (double& p : P) p = std::max(p, floor);
+}
+
+// The means of the blocks from `first` on, from the entries of diag(A) of their rows.
+void average(const SetProduct& K, std::size_t first, const double* diagonal, std::vector<double>& P) {
+  for_each_block(K, [&]<class S>(const S&, std::size_t block, std::size_t) {
+    if (block < first) return;
+    P[block] = 0;
+    for (int k = 0; k < S::dim; ++k) P[block] += *diagonal++ / S::dim;
   });
+}
+
+// Contacts are the first blocks, each with a mean of its own: threads share them, and no entry of diag(A) is
+// stored for them. Along trees the entries follow from the rows of D M^-1/2, and a matrix has its diagonal:
+// their blocks are averaged from all entries.
+void make_preconditioner(Problem& problem, unsigned threads) {
+  problem.P.resize(problem.K.blocks());
+  static thread_local std::vector<double> diag;
+  const auto* system = std::get_if<ContactSystem>(&problem.A);
+  if (system && !has_trees(problem)) {
+    const std::size_t contacts = system->contacts.size();
+    for_entries(threads, contacts, [&](std::size_t i) { problem.P[i] = mean_diagonal(*system, i); });
+    diag.resize(system->jacobian.size());
+    row_diagonal(*system, diag);
+    average(problem.K, contacts, diag.data(), problem.P);
+  } else {
+    diag.resize(problem.rows());
+    diagonal(problem.A, diag);
+    average(problem.K, 0, diag.data(), problem.P);
+  }
+  keep_positive(problem.P);
 }
 
 }  // namespace
 
 // P from the diagonal, the graph from the bodies: derived data of A and K are made once, here.
 void renew(Problem& problem, unsigned threads) {
-  if (auto* system = std::get_if<ContactSystem>(&problem.A)) system->renew();
-  static thread_local std::vector<double> diag;
-  diag.resize(problem.rows());
-  if (const auto* system = std::get_if<ContactSystem>(&problem.A))
-    diagonal(*system, diag, threads);
-  else
-    diagonal(problem.A, diag);
-  make_preconditioner(problem.K, diag, problem.P);
-  if (const auto* system = std::get_if<ContactSystem>(&problem.A))
-    make_contact_graph(*system, problem.K, problem.graph);
+  auto* system = std::get_if<ContactSystem>(&problem.A);
+  if (system) system->renew();
+  make_preconditioner(problem, threads);
+  if (system) make_contact_graph(*system, problem.K, problem.graph);
 }
 
 void renew(Problem& problem) { renew(problem, 1); }

@@ -32,26 +32,28 @@ enum class ContactState : unsigned char { open, stick, slip };
 // that a positive normal impulse pushes A away and a positive normal velocity opens the contact.
 //
 // The contact search fills the first part, the solve of the step the second. A solver reads bodies, arms,
-// normal, direction, rows and moment_length.
+// normal, direction, rows and moment_length: they come first, because passes over many contacts wait for
+// memory, and a record has seven lines of the cache.
 struct Contact {
   Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
-  Vec3 point, normal;  // m; the normal has unit length and points from B to A
-  double gap = 0;      // m, at the start of the step, > 0: open; minus the material's rest_offset
-  Vec3 r_a, r_b;       // from each centre of mass (the origin for the world) to the point, m
-  Material material;
+  int rows = 3;  // normal, two tangents; 4: and a moment about the normal; 5: and two about the tangents;
+                 // 6: all three
+  ContactState state = ContactState::open;  // a result
+  Vec3 normal;                              // unit length, from B to A
+  Vec3 r_a, r_b;             // from each centre of mass (the origin for the world) to the point, m
   Vec3 direction;            // direction of `material.friction`; zero for isotropic friction
-  Vec3 surface_velocity;     // of A's surface over its body minus that of B's, tangential, m/s
-  int rows = 3;              // normal, two tangents; 4: and a moment about the normal; 5: and two about
-                             // the tangents; 6: all three
-  Vec3 held;                 // for a compliant contact: impulse of the last step in units of this one, N s
   double moment_length = 1;  // length by which moments are divided and spins multiplied in the rows, m
+  double gap = 0;            // m, at the start of the step, > 0: open; minus the material's rest_offset
+  Vec3 surface_velocity;     // of A's surface over its body minus that of B's, tangential, m/s
+  Material material;
+  Vec3 point;  // m
+  Vec3 held;   // for a compliant contact: impulse of the last step in units of this one, N s
 
   // Results of a step; impulses include those of impacts at its start.
   Vec3 impulse, angular_impulse;  // N s, and N m s about the point
   Vec3 slip;                      // tangential velocity of A's surface relative to B's after the step, m/s
   Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
   double normal_velocity = 0;     // n . (v_A - v_B) after the step, m/s
-  ContactState state = ContactState::open;
 };
 
 // Makes a contact from the data that a solver needs; the rest has its defaults.
@@ -81,8 +83,9 @@ struct ContactBasis {
     tangent_1 = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
     tangent_2 = {b, sign + n.y * n.y * a, -n.y};
   }
-  // The first tangent is along `direction`, unless that is parallel to the normal.
+  // The first tangent is along `direction`, unless that is zero or parallel to the normal.
   ContactBasis(const Vec3& n, const Vec3& direction) : ContactBasis(n) {
+    if (direction == Vec3{}) return;
     const Vec3 along = direction - dot(direction, n) * n;
     const double size = norm(along);
     if (!(size > 1e-9 * norm(direction))) return;

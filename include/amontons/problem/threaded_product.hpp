@@ -7,9 +7,8 @@ namespace amontons {
 struct ContactSystem;
 struct Problem;
 
-// A.product(x, y), A.diagonal(d) and renew(problem).
+// A.product(x, y) and renew(problem).
 void product(const ContactSystem& A, std::span<const double> x, std::span<double> y, unsigned threads);
-void diagonal(const ContactSystem& A, std::span<double> d, unsigned threads);
 void renew(Problem& problem, unsigned threads);
 
 }  // namespace amontons

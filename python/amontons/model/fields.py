@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from functools import cache, partial
 from typing import Any, ClassVar
 
@@ -65,9 +65,9 @@ class Part:
             name = getattr(self, "name", None)
             who = f"{self._called}: " if name is None else named(self._called, name)
         kind: Any = type(self)
-        for field, check in _checks(kind):
+        for field, check, default in _checks(kind):
             value = getattr(self, field)
-            if (good := check((who or "") + field, value)) is not value:
+            if value is not default and (good := check((who or "") + field, value)) is not value:
                 object.__setattr__(self, field, good)
         return who or ""
 
@@ -80,8 +80,8 @@ class Part:
 
 
 @cache
-def _checks(cls: Any) -> list[tuple[str, Callable[[str, Any], Any]]]:
-    """The fields of a class that have a check, with it."""
+def _checks(cls: Any) -> list[tuple[str, Callable[[str, Any], Any], Any]]:
+    """The fields of a class that have a check, with it and the default, if that passes it as it is."""
     found = []
     for field in fields(cls):
         said = str(field.type).removesuffix(" | None")
@@ -91,8 +91,17 @@ def _checks(cls: Any) -> list[tuple[str, Callable[[str, Any], Any]]]:
         if said in REMEDIES:
             check = partial(_instance, vars(sys.modules[cls.__module__])[said], REMEDIES[said])
         if check is not None:
-            found.append((field.name, partial(_or_none, check) if said != field.type else check))
+            check = partial(_or_none, check) if said != field.type else check
+            settled = field.default is not MISSING and _passes(check, field.default)
+            found.append((field.name, check, field.default if settled else MISSING))
     return found
+
+
+def _passes(check: Callable[[str, Any], Any], value: Any) -> bool:
+    try:
+        return check("", value) is value
+    except InputError:
+        return False
 
 
 def _or_none(check: Callable[[str, Any], Any], what: str, value: Any) -> Any:
@@ -135,7 +144,10 @@ def inertia_matrix(what: str, values: Any) -> Matrix3:
             a, b, c = entries(what, rows, 3)
             return ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
         if len(rows) == 3:
-            m = tuple(vector3(f"{what}[{i}]", row) for i, row in enumerate(rows))
+            m = tuple([vector3(f"{what}[{i}]", row) for i, row in enumerate(rows)])
+            (_, xy, xz), (yx, _, yz), (zx, zy, _) = m
+            if xy == yx and xz == zx and yz == zy:
+                return m  # type: ignore[return-value]
             scale = max(abs(x) for row in m for x in row)
             if all(abs(m[i][j] - m[j][i]) <= _core.ASYMMETRY * scale for i in range(3) for j in range(i)):
                 return as_matrix(m)

@@ -3,7 +3,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "amontons/collision/pairs/collide.hpp"
+#include "amontons/collision/narrow/contact_point.hpp"
+#include "amontons/collision/shapes/shapes.hpp"
 
 namespace amontons::collision {
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "amontons/collision/pairs/spheres.hpp"
+
 // Closed forms: the distance of a point from a shape, which gives that of a sphere, and the distance of two
 // segments, which gives that of two capsules. They are exact where the general algorithm approximates round
 // surfaces by planes, and they give the direction out of any depth.
@@ -137,15 +139,12 @@ Vec3 normal_of_crossing_axes(const Vec3& u, const Vec3& w, const Vec3& t, double
 
 }  // namespace
 
-// Only the places of the centres count, so that a turn of a ball changes no bit. On one centre no direction
-// is right; the chosen one is fixed in b.
+// Only the places of the centres count, so that a turn of a ball changes no bit.
 void collide_spheres(const Posed& a, const Posed& b, double margin, std::vector<ContactPoint>& points) {
   const double radius_a = std::get<Sphere>(a.shape).radius, radius_b = std::get<Sphere>(b.shape).radius;
-  const Vec3 offset = a.frame.position - b.frame.position;
-  const double distance = norm(offset), gap = distance - radius_b - radius_a;
-  if (!(gap <= margin)) return;
-  const Vec3 n = distance > 0 ? offset / distance : rotate(b.frame.rotation, {0, 0, 1});
-  points.push_back({a.frame.position - (radius_a + 0.5 * gap) * n, n, gap});
+  const ContactPoint p =
+      touch_spheres(a.frame.position, radius_a, b.frame.position, radius_b, b.frame.rotation);
+  if (p.gap <= margin) points.push_back(p);
 }
 
 // The gap is the distance of the sphere's centre from the surface minus the radius, along that surface's

@@ -41,10 +41,9 @@ Vec3 centre_of(const Reach& reach, Index body) { return body < 0 ? Vec3{} : reac
 
 // The data that all contacts of two geoms share.
 Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
-  const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
   Contact c;
-  c.body_a = geom_a.body;
-  c.body_b = geom_b.body;
+  c.body_a = model.outline(a).body;
+  c.body_b = model.outline(b).body;
   c.geom_a = a;
   c.geom_b = b;
   c.material = model.material(a, b);
@@ -55,6 +54,7 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
   if (c.material.friction_across >= 0) {
     // It belongs to the geom with the second coefficient. A's counts if both have one, or if the pair has a
     // material of its own.
+    const Geom &geom_a = model.geom(a), &geom_b = model.geom(b);
     const bool of_a = geom_a.material.friction_across >= 0, of_b = geom_b.material.friction_across >= 0;
     const bool first = of_a || (!of_b && !(geom_a.friction_direction == Vec3{}));
     c.direction = in_world((first ? geom_a : geom_b).friction_direction, first ? geom_a : geom_b, bodies);
@@ -79,6 +79,14 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+// The motion of a geom with the velocity of its body. A turn of a ball moves no point of its surface along
+// the normal, nor its centre.
+GeomMotion ContactFinder::motion(const Reach& reach, std::size_t geom, const BodyVelocity& v) const {
+  const Model::Outline& outline = reach.model.outline(static_cast<Index>(geom));
+  if (outline.radius > 0) return {v.linear, 0};
+  return motion_of(reach.model.description().geoms[geom], frames_[geom], reach.bodies[outline.body], v);
+}
+
 // Poses do not change between the searches of a step. So the first search places the geoms, and the others
 // only widen the boxes by their own velocities. Bodies that stand are where the last step placed them.
 void ContactFinder::place_geoms(const Reach& reach) {
@@ -91,10 +99,16 @@ void ContactFinder::place_geoms(const Reach& reach) {
   balls_.resize(geoms.size(), memory_of(reach));
   placed_ = next_number();
   for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
+    const Model::Outline& outline = model.outline(static_cast<Index>(g));
+    if (placed && standing_.stand(outline.body, world)) return;
+    fixed_[g] = !outline.dynamic;
+    if (outline.radius > 0) {
+      frames_[g] = reach.bodies[outline.body].pose;  // how a ball turns in it does not matter
+      balls_[g] = {frames_[g].position, with_rounding * (outline.radius + least_growth(reach, g))};
+      return;
+    }
     const Geom& geom = geoms[g];
-    if (placed && standing_.stand(geom.body, world)) return;
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
-    fixed_[g] = !model.is_dynamic(geom.body);
     balls_[g] = {frames_[g].position, unbounded};
     if (const auto* sphere = std::get_if<Sphere>(&geom.shape))
       balls_[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
@@ -116,10 +130,8 @@ void ContactFinder::reach_out(const Reach& reach) {
   half_spaces_.resize(geoms.size());
   motions_.assign(geoms.size(), GeomMotion{});
   for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
-    const Geom& geom = geoms[g];
-    const Index body = geom.body;
-    if (body >= 0 && model.body(body).motion != Motion::still)
-      motions_[g] = motion_of(geom, frames_[g], reach.bodies[body], reach.v[body]);
+    const Model::Outline& outline = model.outline(static_cast<Index>(g));
+    if (!outline.still) motions_[g] = motion(reach, g, reach.v[outline.body]);
     const Vec3 travel = travels_[g] = reach.h * motions_[g].centre;
     if (balls_[g].radius < unbounded) {
       boxes_[g] = box_around(balls_[g], travel);
@@ -130,7 +142,7 @@ void ContactFinder::reach_out(const Reach& reach) {
       boxes_[g].lower[i] = bounds_[g].lower[i] + (std::min(0.0, travel[i]) - grow);
       boxes_[g].upper[i] = bounds_[g].upper[i] + (std::max(0.0, travel[i]) + grow);
     }
-    if (std::holds_alternative<Plane>(geom.shape)) {
+    if (outline.plane) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
       half_spaces_[g] = {normal,
                          dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
@@ -138,15 +150,15 @@ void ContactFinder::reach_out(const Reach& reach) {
   });
 }
 
-bool ContactFinder::is_reached(Index a, Index b) const {
+bool ContactFinder::is_reached(const Model& model, Index a, Index b) const {
   const auto reaches = [&](Index plane, const Aabb& box) {
     const auto& [normal, top] = half_spaces_[plane];
     Vec3 lowest;
     for (int i = 0; i < 3; ++i) lowest[i] = normal[i] > 0 ? box.lower[i] : box.upper[i];
     return !(dot(normal, lowest) > top);
   };
-  const auto is_plane = [&](Index g) { return boxes_[g].upper.x == std::numeric_limits<double>::infinity(); };
-  return (!is_plane(a) || reaches(a, boxes_[b])) && (!is_plane(b) || reaches(b, boxes_[a]));
+  return (!model.outline(a).plane || reaches(a, boxes_[b])) &&
+         (!model.outline(b).plane || reaches(b, boxes_[a]));
 }
 
 void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char> stay) {
@@ -154,7 +166,7 @@ void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char
   if (model.lists_pairs()) {
     pairs_.clear();
     for (const auto& [a, b] : model.listed_pairs())
-      if (!(stay[a] && stay[b]) && is_overlap(boxes_[a], boxes_[b]) && is_reached(a, b))
+      if (!(stay[a] && stay[b]) && is_overlap(boxes_[a], boxes_[b]) && is_reached(model, a, b))
         pairs_.emplace_back(a, b);
     return;
   }
@@ -162,7 +174,7 @@ void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char
                           reach.pairs, reach.threads);
   std::erase_if(pairs_, [&](const IndexPair& pair) {
     const auto& [a, b] = pair;
-    return !is_reached(a, b) || !model.may_touch(a, b);
+    return !is_reached(model, a, b) || !model.may_touch(a, b);
   });
 }
 
@@ -182,13 +194,12 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
     // A is the moving one, so that normals point to a body that responds.
     if (fixed_[a] && !fixed_[b]) std::swap(a, b);
     points.clear();
-    collide(model.geom(a).shape, frames_[a], model.geom(b).shape, frames_[b],
-            reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
+    collide_geoms(model, {a, frames_[a]}, {b, frames_[b]},
+                  reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
     // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
     if (points.empty()) continue;
     Contact c = contact_of(model, a, b, reach.bodies);
-    const SurfaceMotion surface =
-        surface_motion(model.geom(a), frames_[a], model.geom(b), frames_[b], reach.bodies);
+    const SurfaceMotion surface = surface_motion(model, a, frames_[a], b, frames_[b], reach.bodies);
     const Vec3 centre_a = centre_of(reach, c.body_a), centre_b = centre_of(reach, c.body_b);
     for (const ContactPoint& p : points) {
       move_to(p, centre_a, centre_b, surface, c);
@@ -207,7 +218,8 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
   StandingPairs::Cursor last = pairs.empty() ? 0 : standing_.at(pairs.front());
   for (const IndexPair& pair : pairs) {
     const std::size_t before = contacts.size();
-    const bool stand = standing_.stand(reach.model.geom(pair.first).body, reach.model.geom(pair.second).body);
+    const bool stand =
+        standing_.stand(reach.model.outline(pair.first).body, reach.model.outline(pair.second).body);
     const StandingPairs::Kept::Pair* known = stand ? standing_.find(pair, last) : nullptr;
     if (known) {
       const std::span<const Contact> found = standing_.contacts(*known);
@@ -275,8 +287,8 @@ void ContactFinder::level(const Reach& reach, std::span<const InternalEdges::Pas
   for (const InternalEdges::Passage& p : passages) {
     copy_to(p.first);
     Contact c = contacts[p.first];
-    const SurfaceMotion surface = surface_motion(reach.model.geom(c.geom_a), frames_[c.geom_a],
-                                                 reach.model.geom(c.geom_b), frames_[c.geom_b], reach.bodies);
+    const SurfaceMotion surface =
+        surface_motion(reach.model, c.geom_a, frames_[c.geom_a], c.geom_b, frames_[c.geom_b], reach.bodies);
     const Index x = p.a_passes ? c.geom_a : c.geom_b, y = p.a_passes ? c.geom_b : c.geom_a;
     next = p.end;
     if (is_static_only(reach.model.geom(y).shape)) continue;
@@ -340,11 +352,11 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   stay_.assign(geoms.size(), 1);
   bool any = false;
   for (std::size_t g = 0; g < geoms.size(); ++g) {
-    const Index body = geoms[g].body;
-    if (!model.is_dynamic(body)) continue;
+    const Index body = model.outline(static_cast<Index>(g)).body;
+    if (fixed_[g]) continue;
     const BodyVelocity difference{reach.v[body].linear - foreseen_[body].linear,
                                   reach.v[body].angular - foreseen_[body].angular};
-    changes_[g] = motion_of(geoms[g], frames_[g], reach.bodies[body], difference);
+    changes_[g] = motion(reach, g, difference);
     stay_[g] = 2 * reach.h * (norm(changes_[g].centre) + changes_[g].spin) <= reach.margin + allowance;
     any = any || !stay_[g];
   }

@@ -105,8 +105,9 @@ class ContactFinder {
   void find_pairs(const Reach& reach, std::span<const unsigned char> stay);
   void note_disturbed(const Reach& reach, const Contact& contact);
   // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
-  bool is_reached(Index a, Index b) const;
+  bool is_reached(const Model& model, Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
+  GeomMotion motion(const Reach& reach, std::size_t geom, const BodyVelocity& v) const;
   template <class Counts, class F>
   void visit(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
              Counts&& counts, F&& f) const;

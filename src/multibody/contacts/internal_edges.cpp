@@ -31,9 +31,10 @@ bool may_pass(const Model& model, Index body, Index geom) {
   return model.is_dynamic(body) && !is_static_only(model.geom(geom).shape);
 }
 
-bool is_still(const Model& model, Index geom) {
-  const Index body = model.geom(geom).body;
-  return body < 0 || model.body(body).motion == Motion::still;
+// Whether one of two geoms has an edge, or may be flush with one. Round shapes touch each other anywhere
+// along the nearest direction.
+bool may_have_edge(const Model& model, const Contact& c) {
+  return !(model.outline(c.geom_a).round && model.outline(c.geom_b).round);
 }
 
 // Height by which one geom rises beside another one within the step, at a point and along a direction.
@@ -109,6 +110,7 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
 // If both geoms may pass, the one with fewer touches does, which keeps the search short.
 const InternalEdges::Touch* InternalEdges::judge(const Reach& reach, const std::vector<Transform>& frames,
                                                  const Contact& contact, auto&& rises) const {
+  if (!may_have_edge(reach.model, contact)) return nullptr;
   const bool a = may_pass(reach.model, contact.body_a, contact.geom_a);
   const bool b = may_pass(reach.model, contact.body_b, contact.geom_b);
   const Shape &of_geom_a = reach.model.geom(contact.geom_a).shape,
@@ -126,10 +128,12 @@ const InternalEdges::Touch* InternalEdges::judge(const Reach& reach, const std::
   return level;
 }
 
-// The touches of all geoms that may pass, geom by geom, in the order of the pairs.
+// The touches of all geoms that may pass an edge, geom by geom, in the order of the pairs. In a pile of balls
+// only those beside the walls may.
 void InternalEdges::collect(const Model& model, const std::vector<Contact>& contacts) {
   found_.clear();
   states_.clear();
+  at_edge_.assign(model.description().geoms.size(), 0);
   start_.assign(model.description().geoms.size() + 1, 0);
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
@@ -137,11 +141,15 @@ void InternalEdges::collect(const Model& model, const std::vector<Contact>& cont
     std::size_t deepest = first;
     for (std::size_t i = first + 1; i < end; ++i)
       if (contacts[i].gap < contacts[deepest].gap) deepest = i;
-    const Contact& c = contacts[deepest];
-    const auto pair = static_cast<std::uint32_t>(states_.size());
-    states_.push_back({first, end, deepest, false, false});
-    if (may_pass(model, c.body_a, c.geom_a)) found_.push_back(touch_of(c, true, pair));
-    if (may_pass(model, c.body_b, c.geom_b)) found_.push_back(touch_of(c, false, pair));
+    states_.push_back({first, end, deepest, false, !may_have_edge(model, contacts[first])});
+    // A pair without an edge never passes: it is held from the beginning. Geoms of such pairs alone need no
+    // touches.
+    if (!states_.back().holds) at_edge_[contacts[first].geom_a] = at_edge_[contacts[first].geom_b] = 1;
+  }
+  for (std::uint32_t pair = 0; pair < states_.size(); ++pair) {
+    const Contact& c = contacts[states_[pair].deepest];
+    if (at_edge_[c.geom_a] && may_pass(model, c.body_a, c.geom_a)) found_.push_back(touch_of(c, true, pair));
+    if (at_edge_[c.geom_b] && may_pass(model, c.body_b, c.geom_b)) found_.push_back(touch_of(c, false, pair));
   }
   for (const Touch& t : found_) ++start_[static_cast<std::size_t>(t.body) + 1];
   for (std::size_t g = 1; g < start_.size(); ++g) start_[g] += start_[g - 1];
@@ -187,7 +195,7 @@ void InternalEdges::try_passage(const Reach& reach, const std::vector<Transform>
   const bool a_passes = level->body == c.geom_a;
   const Index support = a_passes ? c.geom_b : c.geom_a;
   passages_.push_back({part.first, part.end, level->up, a_passes});
-  if (is_still(reach.model, support) && is_still(reach.model, level->support)) return;
+  if (reach.model.outline(support).still && reach.model.outline(level->support).still) return;
   for (std::size_t i = part.first; i < part.end; ++i)
     passed_.push_back({contacts[i], support, level->support, level->up});
 }

@@ -44,7 +44,7 @@ class InternalEdges {
   struct PairState {
     std::size_t first, end, deepest;  // contacts
     bool passed, holds;               // its contact takes the neighbour's normal; its contact must stay,
-                                      // because another passage relies on it
+                                      // because another passage relies on it, or there is no edge
   };
 
   struct Range {
@@ -71,6 +71,7 @@ class InternalEdges {
   std::vector<PairState> states_;
   std::vector<Touch> found_, touches_;  // by the order of pairs; by geoms
   std::vector<std::size_t> start_, place_;
+  std::vector<unsigned char> at_edge_;  // per geom: one of its pairs may have an edge
   std::vector<Passage> passages_;
   std::vector<Passed> passed_;  // of moving neighbours
 };

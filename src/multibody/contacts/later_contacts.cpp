@@ -13,11 +13,8 @@ namespace amontons {
 
 namespace {
 
-// Whether normals jump on the surface of a shape.
-bool has_edges(const Shape& shape) {
-  return !std::holds_alternative<Sphere>(shape) && !std::holds_alternative<Capsule>(shape) &&
-         !std::holds_alternative<Ellipsoid>(shape) && !std::holds_alternative<Plane>(shape);
-}
+// Whether normals jump on the surface of a geom.
+bool has_edges(const Model::Outline& outline) { return !outline.round && !outline.plane; }
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;  // not tuned: rounding
 
@@ -73,21 +70,19 @@ struct ContactFinder::Later {
   Vec3 centre(Index body) const {
     return body < 0 ? Vec3{} : reach.bodies[body].centre + t * reach.v[body].linear;
   }
-  // A sphere about the centre of mass of its body, which no turn of the body moves.
-  bool is_ball(const Geom& geom) const {
-    if (geom.body < 0 || !std::holds_alternative<Sphere>(geom.shape)) return false;
-    const BodyFrame& body = reach.bodies[geom.body];
-    return geom.frame.position == Vec3{} && body.pose.position == body.centre;
+  // A ball, which no turn of its body moves, or a convex shape of the world: turns do not bend the way of one
+  // past the other.
+  bool moves_straight(Index g) const {
+    const Model::Outline& outline = reach.model.outline(g);
+    if (outline.radius > 0 || outline.body >= 0) return outline.radius > 0;
+    return outline.plane || !is_static_only(reach.model.geom(g).shape);
   }
-  // A ball, or a convex shape of the world: turns do not bend the way of one past the other.
-  bool moves_straight(const Geom& geom) const {
-    return geom.body < 0 ? !is_static_only(geom.shape) || std::holds_alternative<Plane>(geom.shape)
-                         : is_ball(geom);
-  }
-  Transform frame(const Geom& geom) const {
+  Transform frame(Index g) const {
+    const Model::Outline& outline = reach.model.outline(g);
+    if (outline.radius > 0) return {centre(outline.body), reach.bodies[outline.body].pose.rotation};
+    const Geom& geom = reach.model.geom(g);
     if (geom.body < 0) return geom.frame;
     const BodyFrame& body = reach.bodies[geom.body];
-    if (is_ball(geom)) return {centre(geom.body), body.pose.rotation};
     std::optional<Transform>& pose = poses[static_cast<std::size_t>(geom.body)];
     if (!pose) pose = moved(body, reach.v[geom.body], t);
     return *pose * geom.frame;
@@ -97,24 +92,25 @@ struct ContactFinder::Later {
 void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                                 const std::vector<Contact>& contacts, Part& part) const {
   const auto [geom_a, geom_b] = keys[0].pair;
-  const Geom &a = reach.model.geom(geom_a), &b = reach.model.geom(geom_b);
+  const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
+  const Shape &shape_a = reach.model.geom(geom_a).shape, &shape_b = reach.model.geom(geom_b).shape;
   const double turn = half.turn(a.body) + half.turn(b.body);
-  const bool of_a = has_rim(a.shape), rolls = of_a || has_rim(b.shape);
+  const bool of_a = has_edges(a) && has_rim(shape_a), rolls = of_a || (has_edges(b) && has_rim(shape_b));
   if ((keys.size() > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) return;
   const Contact& c = contacts[keys[0].contact];
   part.points.clear();
-  const Transform frame_a = half.frame(a), frame_b = half.frame(b);
-  collide(a.shape, frame_a, b.shape, frame_b, reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset,
-          part.points);
+  const Transform frame_a = half.frame(geom_a), frame_b = half.frame(geom_b);
+  collide_geoms(reach.model, {geom_a, frame_a}, {geom_b, frame_b},
+                reach_of_pair(reach, geom_a, geom_b) + c.material.rest_offset, part.points);
   if (rolls) {
     const Vec3 way =
         of_a ? frame_a.position - frames_[geom_a].position : frame_b.position - frames_[geom_b].position;
-    match_points(way, turn * bounding_radius(of_a ? a.shape : b.shape), keys, contacts, part.points,
+    match_points(way, turn * bounding_radius(of_a ? shape_a : shape_b), keys, contacts, part.points,
                  part.matched);
   } else if (part.points.size() != 1) {
     return;
   }
-  const SurfaceMotion surface = surface_motion(a, frame_a, b, frame_b, reach.bodies);
+  const SurfaceMotion surface = surface_motion(reach.model, geom_a, frame_a, geom_b, frame_b, reach.bodies);
   for (std::size_t k = 0; k < keys.size(); ++k) {
     if (rolls && !part.matched[k]) continue;
     const Vec3& normal = contacts[keys[k].contact].normal;
@@ -127,7 +123,7 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
       const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
       return norm_squared(carried - middle.normal) < same_normal * same_normal;
     };
-    if ((has_edges(a.shape) || has_edges(b.shape)) && !stays(frames_[geom_a], frame_a) &&
+    if ((has_edges(a) || has_edges(b)) && !stays(frames_[geom_a], frame_a) &&
         !stays(frames_[geom_b], frame_b))
       part.middles.pop_back();
   }
@@ -157,12 +153,12 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
 bool ContactFinder::overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                             const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const {
   const auto [geom_a, geom_b] = keys[0].pair;
+  if (later.moves_straight(geom_a) && later.moves_straight(geom_b)) return false;
   const Geom &a = later.reach.model.geom(geom_a), &b = later.reach.model.geom(geom_b);
   if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) return false;
-  if (later.moves_straight(a) && later.moves_straight(b)) return false;
   const double offset = contacts[keys[0].contact].material.rest_offset;
   points.clear();
-  collide(a.shape, later.frame(a), b.shape, later.frame(b), offset, points);
+  collide(a.shape, later.frame(geom_a), b.shape, later.frame(geom_b), offset, points);
   return std::any_of(points.begin(), points.end(),
                      [&](const ContactPoint& p) { return p.gap - offset < -allowance; });
 }
@@ -188,8 +184,9 @@ void ContactFinder::find_overlaps(const Reach& reach, double allowance, std::vec
       for_each_pair(sorted, first, first + 1, [&](std::span<const PairKey> keys) {
         overlap(later, allowance, keys, contacts, points_);
         const double held = deepest(contacts, keys, reach);
-        const Geom &a = reach.model.geom(keys[0].pair.first), &b = reach.model.geom(keys[0].pair.second);
-        const SurfaceMotion surface = surface_motion(a, later.frame(a), b, later.frame(b), reach.bodies);
+        const auto [a, b] = keys[0].pair;
+        const SurfaceMotion surface =
+            surface_motion(reach.model, a, later.frame(a), b, later.frame(b), reach.bodies);
         Contact c = contacts[keys[0].contact];
         c.impulse = c.angular_impulse = c.held = {};  // these were of the first contact
         found_.clear();

@@ -21,14 +21,9 @@ double overlap_of(const Contact& c, double end, const Reach& reach) {
 // many.
 double reach_of(const Reach& reach) { return contacts::policy.allowance * reach.margin; }
 
-// Shapes with any number of corners. Other shapes have few, each with a feature number.
-bool has_many_corners(const Shape& shape) {
-  return std::holds_alternative<Hull>(shape) || std::holds_alternative<Mesh>(shape) ||
-         std::holds_alternative<HeightField>(shape);
-}
-
+// Shapes without many corners have few points, each with a feature number.
 bool is_reducible(const Model& model, const Contact& c) {
-  return has_many_corners(model.geom(c.geom_a).shape) || has_many_corners(model.geom(c.geom_b).shape);
+  return model.outline(c.geom_a).has_corners || model.outline(c.geom_b).has_corners;
 }
 
 }  // namespace

@@ -1,8 +1,30 @@
 // From a point of two geoms to their contact.
 #pragma once
+#include <vector>
+
+#include "amontons/collision/pairs/collide.hpp"
+#include "amontons/collision/pairs/spheres.hpp"
 #include "multibody/contacts/reach.hpp"
 
 namespace amontons {
+
+// A geom, and the frame where it is.
+struct PlacedGeom {
+  Index geom;
+  const Transform& frame;
+};
+
+// Appends the points of two geoms in these frames with a gap of at most the margin. Two balls, of which a
+// pile has nearly all of its pairs, need neither their shapes nor the table of pairs.
+inline void collide_geoms(const Model& model, const PlacedGeom& a, const PlacedGeom& b, double margin,
+                          std::vector<ContactPoint>& points) {
+  const double radius_a = model.outline(a.geom).radius, radius_b = model.outline(b.geom).radius;
+  if (!(radius_a > 0 && radius_b > 0))
+    return collide(model.geom(a.geom).shape, a.frame, model.geom(b.geom).shape, b.frame, margin, points);
+  const ContactPoint p =
+      touch_spheres(a.frame.position, radius_a, b.frame.position, radius_b, b.frame.rotation);
+  if (p.gap <= margin) points.push_back(p);
+}
 
 // Directions of a geom, given in the frame of its body.
 inline Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) {
@@ -15,13 +37,11 @@ struct SurfaceMotion {
   Vec3 linear, spin;
 };
 
-inline SurfaceMotion surface_motion(const Geom& a, const Transform& frame_a, const Geom& b,
+inline SurfaceMotion surface_motion(const Model& model, Index a, const Transform& frame_a, Index b,
                                     const Transform& frame_b, const BodyFrames& bodies) {
-  const auto moves = [](const Geom& g) {
-    return !(g.surface_velocity == Vec3{} && g.surface_spin == Vec3{});
-  };
-  if (!moves(a) && !moves(b)) return {};
-  const auto of = [&](const Geom& geom, const Transform& frame) {
+  if (!model.outline(a).conveys && !model.outline(b).conveys) return {};
+  const auto of = [&](Index g, const Transform& frame) {
+    const Geom& geom = model.geom(g);
     const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
     return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
   };

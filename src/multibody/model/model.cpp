@@ -69,13 +69,31 @@ std::vector<Mat3> inverse_inertias(const std::vector<Body>& bodies) {
   return all;
 }
 
+Model::Outline outline_of(const Model& model, const Geom& geom) {
+  const auto is = [&]<class... S>() { return (std::holds_alternative<S>(geom.shape) || ...); };
+  const bool is_ball = is.operator()<Sphere>() && geom.body >= 0 && geom.frame.position == Vec3{} &&
+                       model.body(geom.body).centre_of_mass == Vec3{};
+  return {.body = geom.body,
+          .category = geom.category,
+          .mask = geom.mask,
+          .dynamic = model.is_dynamic(geom.body),
+          .still = geom.body < 0 || model.body(geom.body).motion == Motion::still,
+          .round = is.operator()<Sphere, Capsule, Ellipsoid>(),
+          .plane = is.operator()<Plane>(),
+          .has_corners = is.operator()<Hull, Mesh, HeightField>(),
+          .conveys = !(geom.surface_velocity == Vec3{} && geom.surface_spin == Vec3{}),
+          .radius = is_ball ? std::get<Sphere>(geom.shape).radius : 0};
+}
+
 }  // namespace
 
 Model::Model(ModelDescription description) : d_(std::move(description)) {
   check(d_);
   // Data derived from the description, once: sums, the scale, the first dof of each joint, sorted pairs.
-  for (const Body& body : d_.bodies)
-    if (body.motion == Motion::dynamic) total_mass_ += body.mass;
+  for (const Body& body : d_.bodies) {
+    dynamic_.push_back(body.motion == Motion::dynamic);
+    if (dynamic_.back()) total_mass_ += body.mass;
+  }
   inverse_inertia_ = inverse_inertias(d_.bodies);
   weigh_mechanisms();
   length_ = median_radius(*this);
@@ -107,7 +125,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
     if (p.always) always_.push_back(ordered(p.geom_a, p.geom_b));
   std::sort(always_.begin(), always_.end());
   for (const Geom& geom : d_.geoms) {
-    filters_.push_back({geom.body, geom.category, geom.mask, is_dynamic(geom.body)});
+    outlines_.push_back(outline_of(*this, geom));
     rest_offset_.push_back(geom.material.rest_offset);
   }
   for (const PairMaterial& p : d_.pair_materials)
@@ -185,15 +203,17 @@ double Model::lightness(Index body_a, Index body_b) const {
 }
 
 // Called for every pair of the broad phase in every step: masks first, which decide most cases, then a
-// search.
+// search, where there is anything to find.
 bool Model::may_touch(Index geom_a, Index geom_b) const {
-  const Filter &a = filters_[geom_a], &b = filters_[geom_b];
+  const Outline &a = outlines_[geom_a], &b = outlines_[geom_b];
   if (a.body == b.body || (!a.dynamic && !b.dynamic)) return false;
   if (!always_.empty() && std::binary_search(always_.begin(), always_.end(), ordered(geom_a, geom_b)))
     return true;
   if (!((a.category & b.mask) || (b.category & a.mask))) return false;
-  if (std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body))) return false;
-  return !std::binary_search(excluded_geoms_.begin(), excluded_geoms_.end(), ordered(geom_a, geom_b));
+  if (!excluded_.empty() && std::binary_search(excluded_.begin(), excluded_.end(), ordered(a.body, b.body)))
+    return false;
+  return excluded_geoms_.empty() ||
+         !std::binary_search(excluded_geoms_.begin(), excluded_geoms_.end(), ordered(geom_a, geom_b));
 }
 
 // A pair's own material, otherwise the combination of the two. Restitution and moments take the larger value,

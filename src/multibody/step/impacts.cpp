@@ -136,9 +136,11 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     const Problem problem =
         assemble(bodies, active, locked,
                  {.h = h, .kick = step.kick(), .recovery_speed = 0, .impact = true, .model = &step.model});
+    solver.clock.lap(&Timings::assembly);
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
     limit_energy(problem, solver, s);
+    solver.clock.lap(&Timings::solve);
     if (step.tree.moves())
       add_tree_impacts(o.tree_setting(step), o.joints, impulses_on_bodies(problem, s.x), *bodies.trees,
                        o.trees, o.impacts);

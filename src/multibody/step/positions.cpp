@@ -115,9 +115,11 @@ JacobianRow normal_row(const Contact& c) {
 // Rows of the joints that constrain positions, then the contacts. Springs and servos have E = 1 / (h^2 k +
 // ...) as in the step: a robot that can be lifted is lifted and not bent. Large models omit them, because a
 // first-order method would not converge with them. `speed`: target of inequalities.
-JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state,
-                        double speed) {
-  JointRows all, rows;
+void position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state, double speed,
+                   PositionMemory& memory) {
+  auto& [all, rows, _1, _2] = memory;
+  all.clear();
+  rows.clear();
   JointOptions options = in.step.joint_options();
   options.dampers = false;
   append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, state, options, all);
@@ -146,16 +148,18 @@ JointRows position_rows(const PositionInput& in, const BodyVelocities& rest, con
   }
   for (const Contact& c : in.contacts)
     if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});
-  return rows;
 }
 
 // The displacements, as velocities over h. Empty if the time of `budget` runs out before they are better than
 // none: the next step tries again.
-BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, const JointRows& rows,
-                             Budget& budget, Elimination& elimination, StepSums& sums) {
+BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, StepClock& clock,
+                             Budget& budget, PositionMemory& memory, StepSums& sums) {
+  auto& [_, rows, problem, elimination] = memory;
   std::vector<Contact> none;
-  const Problem problem =
-      assemble(in.at_rest(rest), none, rows, {.h = in.h, .kick = in.h, .recovery_speed = 0});
+  const Assembly at_rest{.h = in.h, .kick = in.h, .recovery_speed = 0};
+  assemble_system(in.at_rest(rest), none, rows, at_rest, problem);
+  write_b(rest, rows, at_rest, {}, problem);
+  clock.lap(&Timings::assembly);
   const bool linear = problem.K.all_bilateral();
   Options options;
   options.law = Law::associated;
@@ -165,6 +169,8 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   const bool few = linear || rows.tags.size() <= step::policy.few_rows;
   if (!few) options.iterates = in.step.options.iterates;  // a device that serves large steps serves this, too
   Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
+  // Products of this solve are in the report, and so is its time.
+  clock.lap(&Timings::solve);
   ++sums.solves;
   sums.add_cost(s);
   if (s.status == Status::deadline && s.residual >= 1) return {};
@@ -196,21 +202,21 @@ double allowed_error(double length) { return step::policy.allowed_error * length
 static bool correct_positions(const StepSetting& step, StepClock& clock, StepScratch& scratch, State& state,
                               StepSums& sums) {
   Observed& observed = scratch.observed;
-  Elimination& elimination = scratch.position_elimination;
+  PositionMemory& memory = scratch.positions;
   const PositionInput in{step, observed, scratch.stiffened.mobility};
   const double error = largest_error(in, state), h = in.h;
   if (!(error > allowed_error(in.length))) return false;
   const BodyVelocities rest(in.frames.size());
-  JointRows rows = position_rows(in, rest, state, in.step.displacing);
-  if (rows.tags.empty()) return false;
+  position_rows(in, rest, state, in.step.displacing, memory);
+  if (memory.rows.tags.empty()) return false;
   Budget time = clock.budget.part_of_time(step::policy.share_of_part);
-  BodyVelocities p = displacements(in, rest, rows, time, elimination, sums);
+  BodyVelocities p = displacements(in, rest, clock, time, memory, sums);
   if (p.empty()) return false;
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
   if (const double turn = h * turning(p); turn > step::policy.largest_turn) {
     const double share = step::policy.largest_turn / turn;
-    rows = position_rows(in, rest, state, share * std::min(in.step.displacing, error / h));
-    p = displacements(in, rest, rows, time, elimination, sums);
+    position_rows(in, rest, state, share * std::min(in.step.displacing, error / h), memory);
+    p = displacements(in, rest, clock, time, memory, sums);
     if (p.empty()) return false;
     // Rows of joints demand their whole error even so. The next steps remove what a shorter way leaves.
     if (const double part = step::policy.largest_turn / (h * turning(p)); part < 1)

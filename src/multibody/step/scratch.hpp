@@ -1,11 +1,21 @@
 #pragma once
 #include <memory>
 
+#include "amontons/multibody/joints/rows.hpp"
+#include "amontons/problem/problem.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/step/observe.hpp"
 #include "multibody/step/step_problem.hpp"
 
 namespace amontons {
+
+// Rows and problem of a correction: their memory is kept between steps. A large pile needs a correction in
+// most steps, with a row per contact.
+struct PositionMemory {
+  JointRows joints, rows;
+  Problem problem;
+  Elimination elimination;
+};
 
 // The values that the stages of a step pass on. Each stage fills its own; only their memory is kept between
 // steps, and no result depends on it.
@@ -16,8 +26,10 @@ struct StepScratch {
   Stiffened stiffened;
   StepMemory memory;
   ContactFinder finder;
-  // One for each kind of problem, because each stores the mechanism: that of the step has all bilateral rows.
-  Elimination elimination, position_elimination, impact_elimination;
+  PositionMemory positions;
+  // Each kind of problem has an own one, because it stores the mechanism: that of the step has all bilateral
+  // rows.
+  Elimination elimination, impact_elimination;
 };
 
 }  // namespace amontons

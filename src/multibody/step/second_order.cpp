@@ -253,26 +253,38 @@ static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const
   return {turn[0], turn[1], turn[2]};
 }
 
-double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v) {
+double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v, double enough) {
   double fastest = 0;
   const auto include_point = [&](Index body, const Vec3& arm) {
     if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
   };
   for (const Contact& c : contacts) {
+    if (fastest >= enough) break;
     include_point(c.body_a, c.r_a);
     include_point(c.body_b, c.r_b);
   }
   return fastest;
 }
 
+// Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
+// have left it. Turns at many times the present speeds come from such impulses; they are left out. Most steps
+// have none, and the first contact point that is fast enough shows it.
+static void limit_turns(const std::vector<Contact>& contacts, const BodyVelocities& free,
+                        const TurnLimits& limits, std::vector<Vec3>& turns) {
+  double squared = 0;
+  for (const Vec3& turn : turns) squared = std::max(squared, norm_squared(turn));
+  const double largest = std::sqrt(squared), factor = step::policy.fastest_turn;
+  const double fastest = fastest_point(contacts, free, 2 * largest / factor);
+  const double most = factor * (std::max(limits.fastest, fastest) + limits.least);
+  if (largest <= most) return;
+  for (Vec3& turn : turns)
+    if (!(norm(turn) <= most)) turn = {};
+}
+
 // A term within `least` of the last one changes nothing: the problem is then not solved again for it.
 bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
-  // Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
-  // have left it. Turns at many times the present speeds come from such impulses.
   const double least = limits.least;
-  const double most =
-      step::policy.fastest_turn * (std::max(limits.fastest, fastest_point(contacts, free)) + least);
   static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
   found.assign(contacts.size(), {});
   const ContactFinder::Middles& middles = finder.find_middles(reach, contacts);
@@ -280,8 +292,9 @@ bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits
   for_entries(reach.threads, middles.size(), [&](std::size_t m) {
     const std::size_t i = middles[m].contact;
     const Vec3 turn = turn_of(contacts[i], middles[m], reach.v);
-    if (norm(turn) >= least && norm(turn) <= most) of_contact[i] = turn;
+    if (norm(turn) >= least) of_contact[i] = turn;
   });
+  limit_turns(contacts, free, limits, found);
   turns.resize(contacts.size());
   double change = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -40,8 +41,10 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
 struct TurnLimits {
   double least, fastest = 0;
 };
-// The largest speed (m/s) of a contact point on either body, with the velocities v.
-double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v);
+// The largest speed (m/s) of a contact point on either body, with the velocities v; or one of at least
+// `enough`.
+double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v,
+                     double enough = std::numeric_limits<double>::infinity());
 // The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Ignores
 // small terms and terms far above the free velocities. Replaces `turns` if one changes by more than the least
 // that counts; returns whether it does.

@@ -230,6 +230,7 @@ std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sl
   s.closing = in.posed.assembly.closing;
   s.slack = in.posed.assembly.slack;
   std::size_t kept = 0, found = 0;
+  const auto slept = static_cast<std::ptrdiff_t>(s.contacts.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (tired[graph.of_block[k]]) {
       s.contacts.push_back(contacts[k]);
@@ -239,7 +240,9 @@ std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sl
     }
   }
   contacts.resize(kept);
-  std::stable_sort(s.contacts.begin(), s.contacts.end(), is_before);
+  // Those that slept already are sorted.
+  std::stable_sort(s.contacts.begin() + slept, s.contacts.end(), is_before);
+  std::inplace_merge(s.contacts.begin(), s.contacts.begin() + slept, s.contacts.end(), is_before);
   s.carried.clear();
   for (const CarriedContact& c : in.after.contacts)
     if (s.contains(model.geom(c.geom_a).body)) s.carried.push_back(c);

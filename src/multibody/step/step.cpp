@@ -69,7 +69,7 @@ void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
-  auto& [observed, posed, solved, stiffened, kept, finder, elimination, _, impact_elimination] = *scratch_;
+  auto& [observed, posed, solved, stiffened, kept, finder, _, elimination, impact_elimination] = *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,

@@ -6,14 +6,6 @@
 
 namespace amontons {
 
-namespace collision {
-// A shape with its pose: `frame` transforms its coordinates to the world.
-struct Posed {
-  const Shape& shape;
-  const Transform& frame;
-};
-}  // namespace collision
-
 // Appends the contact points of two shapes whose gap is at most `margin` (>= 0, m): complete manifolds, that
 // is the corners of the common face for two flat faces. Swapping A and B only mirrors the normals. The frames
 // transform coordinates of the shapes to the world; their rotations are unit quaternions. Deterministic: the

@@ -103,4 +103,12 @@ MassProperties moved(const MassProperties& solid, const Transform& frame);
 // Both solids as one.
 MassProperties operator+(const MassProperties& a, const MassProperties& b);
 
+namespace collision {
+// A shape with its pose: `frame` transforms its coordinates to the world.
+struct Posed {
+  const Shape& shape;
+  const Transform& frame;
+};
+}  // namespace collision
+
 }  // namespace amontons

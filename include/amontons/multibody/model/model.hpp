@@ -58,7 +58,7 @@ class Model {
   // Whether a dof limits the sum of its actuator efforts.
   bool bounds_efforts() const { return bounds_efforts_; }
   // Whether impulses can move a body; this is the only definition. false for the world.
-  bool is_dynamic(Index body) const { return body >= 0 && d_.bodies[body].motion == Motion::dynamic; }
+  bool is_dynamic(Index body) const { return body >= 0 && dynamic_[body]; }
   // A characteristic length (m): the median bounding radius of the shapes of dynamic bodies (1 without any).
   // Default tolerances are fractions of it, so that results do not depend on the unit of length.
   double length() const { return length_; }
@@ -81,6 +81,19 @@ class Model {
   const std::vector<std::pair<Index, Index>>& listed_pairs() const { return listed_pairs_; }
   // Material of the contact of two geoms, in either order.
   Material material(Index geom_a, Index geom_b) const;
+  // The part of a geom that a search for contacts reads. A search reads it of every geom and of many pairs,
+  // in any order; a geom has several lines of the cache, of which this is one.
+  struct Outline {
+    Index body;
+    std::uint32_t category, mask;
+    bool dynamic;       // its body is; false for the world
+    bool still;         // of the world, or of a body that nothing moves
+    bool round, plane;  // sphere, capsule or ellipsoid; plane: all other shapes have edges
+    bool has_corners;   // any number of them: hull, mesh or height field
+    bool conveys;       // its surface moves over its body
+    double radius;      // m, of a ball, a sphere about the centre of mass of its body; 0: it is none
+  };
+  const Outline& outline(Index geom) const { return outlines_[geom]; }
   // Rest offset of a geom (m). That of a pair is at most the sum of its geoms'.
   double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
@@ -104,13 +117,8 @@ class Model {
   std::vector<std::pair<Index, Index>> excluded_geoms_;              // the same for geoms
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<std::pair<Index, Index>> listed_pairs_;
-  // All that may_touch() reads of a geom: a search asks for many pairs, and geoms are large.
-  struct Filter {
-    Index body;
-    std::uint32_t category, mask;
-    bool dynamic;
-  };
-  std::vector<Filter> filters_;
+  std::vector<Outline> outlines_;
+  std::vector<unsigned char> dynamic_;  // per body: bodies are large
   std::vector<double> rest_offset_;
   std::vector<double> mobility_factor_;
   std::vector<double> lightness_;  // for each body relative to the heaviest one of its mechanism
