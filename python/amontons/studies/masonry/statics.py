@@ -49,8 +49,8 @@ TOLERANCES = (1e-8, 1e-11)
 COMPLIANCES = (1e-5, 1e-7, 1e-9)
 """Compliances of joints placed without stress, over the mean of their diag(A)"""
 ITERATIONS = 200
-"""Iterations of a solve with compliance, where an interior point needs tens. One that stalls goes on for a
-hundred thousand towards a residual that the ratio below needs only where it decides nothing without"""
+"""Iterations of a solve with compliance, where an interior point needs tens. Where it decides nothing, `auto`
+does: equal blocks make its matrix singular, and it may stall"""
 VANISHES, REMAINS = 0.1, 0.5
 """Ratio of the accelerations of one compliance and the next, of blocks that stand or move"""
 
@@ -238,14 +238,14 @@ class Statics:
 
     def placed(self, loads: Array) -> Equilibrium:
         """Forces and accelerations by Coulomb's law of blocks that were placed without stress."""
-        few = self._placed(loads, ITERATIONS)
-        return few if few.status != "undecided" else self._placed(loads, None)
+        few = self._placed(loads, "interior-point", ITERATIONS)
+        return few if few.status != "undecided" else self._placed(loads, "auto", None)
 
-    def _placed(self, loads: Array, most: int | None) -> Equilibrium:
+    def _placed(self, loads: Array, method: str, most: int | None) -> Equilibrium:
         left: list[float] = []
         for compliance in COMPLIANCES:
             problem = self.problem(loads, law="coulomb", compliance=compliance)
-            solution = problem.solve(method="interior-point", tolerance=TOLERANCES[0], max_iterations=most)
+            solution = problem.solve(method=method, tolerance=TOLERANCES[0], max_iterations=most)
             made = self._judged(loads, solution.x, solution.residual)
             left.append(made.unbalanced)
             status = "undecided"
