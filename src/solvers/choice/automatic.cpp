@@ -72,9 +72,9 @@ Field first_order(bool held) {
 }
 
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
-// unsymmetric, twice the work of symmetric ones. The frozen path takes several paths of symmetric matrices
-// and continues where the path of coulomb stops. With many contacts that path has many folds, and the frozen
-// one comes first. Newton's method finds the faces that stop them.
+// unsymmetric, twice the work of symmetric ones. Newton's method continues where the path stops, and finds
+// the faces that stop it. The frozen path takes several paths of symmetric matrices. With many contacts the
+// path of coulomb has many folds, and the frozen one comes first.
 void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
   const double path = choice::policy.path_factorizations;
   Field of_path{{.start = start_central_path,
@@ -86,7 +86,7 @@ void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
                  .factorizations = path,
                  .from_the_end = true}};
   if (coulomb)
-    of_path.insert(of_path.begin() + (blocks > choice::policy.many_blocks ? 0 : 1),
+    of_path.insert(blocks > choice::policy.many_blocks ? of_path.begin() : of_path.end(),
                    {.start = start_frozen_path,
                     .why = "finds the stresses for the friction directions so far",
                     .factorizations = choice::policy.frozen_paths * path});
