@@ -18,6 +18,33 @@ def test_smooth_motion_keeps_its_energy(name):
     assert abs(energy_loss(SMOOTH[name](5e-3), 10.0)) < 1e-3
 
 
+def test_loops_keep_their_energy_for_long():
+    # Impulses along the rows at the start of a step that close the joints at its end are Verlet's method: what
+    # comes and goes is bounded, and nothing is lost. Displacements of the bodies in each step lost 0.5 %, and
+    # those of steps in which an error was too large 0.25 %.
+    assert abs(energy_loss(SMOOTH["four-bar"](5e-3), 40.0)) < 2e-4
+
+
+def test_a_frame_passes_its_change_point():
+    # Three equal bars on the ground carry a beam: seven rows are redundant. Where all bars lie in one line, an
+    # open joint moves them apart by its error over the way h w to that pose. The frame lost all of its energy
+    # there. The path is of second order, (h w)^2 / 2 = 6e-5 of the kinetic energy at 5.5 rad/s.
+    builder = ModelBuilder()
+    lean = math.radians(30)
+    top = np.array([math.sin(lean), 0, math.cos(lean)])
+    legs = [
+        builder.add_body(mass=1, inertia=(1e-3, 1 / 12, 1 / 12), position=tuple(top / 2 + (x, 0, 0)))
+        for x in (0, 1, 2)
+    ]
+    beam = builder.add_body(mass=1, inertia=(1e-3, 1 / 3, 1 / 3), position=tuple(top + (1, 0, 0)))
+    for x, leg in enumerate(legs):
+        builder.add_revolute_joint(leg, None, point=(x, 0, 0), axis=(0, 1, 0))
+        builder.add_revolute_joint(leg, beam, point=tuple(top + (x, 0, 0)), axis=(0, 1, 0))
+    total, kinetic = energies(Simulation(builder.build(), dt=2e-3), 2.0)
+    assert kinetic.max() > 10  # J: it swung through the line
+    assert np.abs(total - total[0]).max() < 5e-4 * kinetic.max()
+
+
 def test_a_velocity_recovery_loses_energy():
     # The scheme of Anitescu and Tasora, of first order, for comparison: if it kept the energy, the test above
     # would say nothing.

@@ -35,8 +35,9 @@ from .differences import (
     nonsmooth_of,
 )
 
-OPEN_END = 1e-5
-"""Relative: by which parameters change, and in their units those of zero."""
+OPEN_END = 1e-4
+"""Relative: by which parameters change, and in their units those of zero. Errors are 1e-8 of the third
+derivative. Less would be near rounding: that of positions over dt is in the velocities that close loops."""
 INCONSISTENT = 1e-4
 """A held solution whose equations err by more of its change (m/s) has no derivative."""
 NEAR = 10.0

@@ -58,7 +58,9 @@ Tree::Tree(std::shared_ptr<const Model> model) : model_(std::move(model)), link_
   }
   order_links(joints_of);
   number_coordinates();
-  find_moving();
+  const std::vector<unsigned char> is_lattice = find_lattices();
+  find_moving(is_lattice);
+  find_loops_of_rows(is_lattice);
 }
 
 // Depth first from the ground, then from the first body of each group that is not connected to the ground. So
@@ -140,10 +142,9 @@ std::vector<unsigned char> Tree::find_lattices() const {
 //
 // The coordinates of one joint follow each other like joints, each on top of the one before. Links come depth
 // first, and beyond a joint that stays a row after all others: the coordinates of a branch are adjacent.
-void Tree::find_moving() {
+void Tree::find_moving(const std::vector<unsigned char>& is_lattice) {
   const Model& model = *model_;
   if (model.description().trees == Trees::none) return;
-  const std::vector<unsigned char> is_lattice = find_lattices();
   const auto is_in_tree = [&](std::size_t k) {
     return links_[k].joint >= 0 && model.joint(links_[k].joint).compliance == 0 && !is_lattice[k];
   };
@@ -189,6 +190,16 @@ void Tree::find_moving() {
       b.last = static_cast<Index>(parent_.size()) - 1;
     }
     moving_.push_back(b);
+  }
+}
+
+void Tree::find_loops_of_rows(const std::vector<unsigned char>& is_lattice) {
+  for (const Index j : loops_) {
+    const Joint& joint = model_->joint(j);
+    const Index a = link_of(joint.body_a), link = a < 0 ? link_of(joint.body_b) : a;
+    const auto in_tree = [&](Index body) { return body >= 0 && moves(static_cast<std::size_t>(body)); };
+    if (joint.compliance == 0 && !is_lattice[link] && !in_tree(joint.body_a) && !in_tree(joint.body_b))
+      loops_of_rows_.push_back(j);
   }
 }
 

@@ -1,5 +1,8 @@
 #include "multibody/step/lookahead.hpp"
 
+#include <type_traits>
+
+#include "amontons/solvers/driver/driver.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
 #include "multibody/step/second_order.hpp"
@@ -7,17 +10,22 @@
 
 namespace amontons {
 
-void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
-           Solved& solved) {
-  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again},
-            {solver.options(), solver.budget, solver.sums}, solved.solution, solved.islands);
-  solve_beside(solver, posed, step.asleep, solved);
+static void find_velocities(const StepSetting& step, const Observed& o, const StepProblem& posed,
+                            Solved& solved) {
   solved.after = o.free;
   // If all stops, impulses are not needed.
   if (!(solved.islands.all_rest() && solved.islands.slow))
     apply_impulses(*posed.problem, solved.solution.x, solved.after);
   stop_resting(step.model, posed.problem->graph.islands, solved.islands, solved.after);
   stop_asleep(step.asleep, solved.after);
+}
+
+void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
+           Solved& solved) {
+  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again},
+            {solver.options(), solver.budget, solver.sums}, solved.solution, solved.islands);
+  solve_beside(solver, posed, step.asleep, solved);
+  find_velocities(step, o, posed, solved);
   solver.clock.lap(&Timings::solve);
 }
 
@@ -55,6 +63,69 @@ void look_ahead(const StepSetting& step, const StepSolver& solver, Observed& o, 
     if (!add_unforeseen(step, solver.clock, round == 0, o, posed, solved)) return;
     solve(step, solver, o, posed, solved);
   }
+}
+
+// Per island: whether it has a loop of rows and is a system of few linear equations, which moves.
+static std::vector<unsigned char> find_loops(const StepSetting& step, const Observed& o,
+                                             const Problem& problem, const StepIslands& islands) {
+  const Islands& graph = problem.graph.islands;
+  std::vector<unsigned char> loops(graph.count, 0);
+  const auto set_home = [&](Index body, unsigned char value) {
+    if (const Index home = body < 0 ? -1 : graph.of_body[body]; home >= 0) loops[home] = value;
+  };
+  for (const Index j : step.tree.loops_of_rows()) {
+    set_home(o.joints[j].body_a, 1);
+    set_home(o.joints[j].body_b, 1);
+  }
+  for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t) {
+    if (const Index home = graph.of_block[block];
+        !std::is_same_v<S, Bilateral> || (islands.any_rests && islands.each[home].rests))
+      loops[home] = 0;
+  });
+  for (const TreeBody& b : step.tree.moving()) set_home(b.body, 0);
+  std::vector<std::size_t> rows(graph.count, 0);
+  for (const Index home : graph.of_block) rows[home] += 1;
+  for (std::size_t home = 0; home < rows.size(); ++home)
+    if (rows[home] > step::policy.few_rows) loops[home] = 0;
+  return loops;
+}
+
+// The rows hold velocities in the pose at the start, docs/algorithm.md (9), and leave an error of third order
+// in that at the end. Impulses along the same rows that take it out make the step Verlet's with constraints:
+// joints stay closed, and energy has no drift (Leimkuhler and Skeel, "Symplectic numerical integrators in
+// constrained Hamiltonian systems", J. Comput. Phys. 112, 1994). Displacements of the bodies would lose
+// energy.
+//
+// In a pose where all bars of a loop lie in one line, an open joint would move them apart by the error over
+// the way h w to that pose, and their rates by the error over h^2 w.
+//
+// An island with contacts, limits or friction keeps its solution: its motion is not smooth, and a second
+// solve of inequalities costs as much as the first. The start of the second solve is zero, because the
+// impulses of the first are its solution to within the tolerance, and the change would be lost.
+void close_loops(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o,
+                 StepProblem& posed, Solved& solved) {
+  if (step.tree.loops_of_rows().empty() || step.damped || step.options.recovery != Recovery::projection ||
+      solved.solution.status != Status::converged)
+    return;
+  const Problem& problem = *posed.problem;
+  const std::vector<Index>& home = problem.graph.islands.of_block;
+  const std::vector<unsigned char> loops = find_loops(step, o, problem, solved.islands);
+  Part part;
+  for (std::size_t k = 0; k < home.size(); ++k)
+    if (loops[home[k]]) part.blocks.push_back(k);
+  if (part.blocks.empty()) return;
+  // Rows of joints come last, and each is a block.
+  const std::size_t first = home.size() - posed.rows.tags.size();
+  const auto counts = [&](std::size_t i) { return loops[home[first + i]] != 0; };
+  close_joints({step.model, o.frames, o.joints, solved.after, step.h}, state, counts, posed.rows);
+  write_b(o, posed);
+  std::vector<Index> number;
+  part.make(problem, {}, number);
+  part.solution = solve_step(solver, part.of.problem, {});
+  part.of.put(part.solution.x, solved.solution.x);
+  form_velocities(problem, solved.solution);
+  find_velocities(step, o, posed, solved);
+  solver.clock.lap(&Timings::solve);
 }
 
 }  // namespace amontons

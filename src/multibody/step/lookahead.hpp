@@ -15,4 +15,9 @@ void solve(const StepSetting& step, const StepSolver& solver, const Observed& ob
 void look_ahead(const StepSetting& step, const StepSolver& solver, Observed& observed, StepProblem& posed,
                 Solved& solved);
 
+// Closes loops of joints in the pose to which the velocities lead, if their island is a system of linear
+// equations.
+void close_loops(const StepSetting& step, const StepSolver& solver, const State& state, Observed& observed,
+                 StepProblem& posed, Solved& solved);
+
 }  // namespace amontons

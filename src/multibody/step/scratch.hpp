@@ -29,7 +29,7 @@ struct StepScratch {
   PositionMemory positions;
   // Each kind of problem has an own one, because it stores the mechanism: that of the step has all bilateral
   // rows.
-  Elimination elimination, impact_elimination;
+  Elimination elimination, impact_elimination, loop_elimination;
 };
 
 }  // namespace amontons

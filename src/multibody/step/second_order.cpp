@@ -227,6 +227,46 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
   }
 }
 
+// The error of a joint in the pose to which the step leads, of the wrenches of its rows. Its coordinates are
+// of first order: their errors lie along dofs, which wrenches of locked directions do not see.
+static JointSlip end_error(const JointMotion& in, const JointContext& now, std::span<const double> q) {
+  JointPose pose = now.pose;
+  if (now.body_a >= 0) pose.a = moved(in.frames[now.body_a], in.v[now.body_a], in.h) * now.joint->frame_a;
+  if (now.body_b >= 0) pose.b = moved(in.frames[now.body_b], in.v[now.body_b], in.h) * now.joint->frame_b;
+  pose.relative = inverse(pose.b) * pose.a;
+  if (!is_chain(*now.joint)) {
+    const Vec3& between = pose.relative.position;
+    return {(1 - now.joint->lower_distance / norm(between)) * between, {}};
+  }
+  std::array<double, 6> coordinates{};
+  const Screw twist = joint_twist(now, in.v);
+  for (std::size_t i = 0; i < now.chain.dofs; ++i) coordinates[i] = q[i] + in.h * dot(now.duals[i], twist);
+  const ChainKinematics chain =
+      chain_kinematics(*now.joint, pose.relative, std::span(coordinates).first(now.chain.dofs));
+  return {chain.error.linear, chain.spherical ? Vec3{} : chain.error.angular};
+}
+
+double close_joints(const JointMotion& in, const State& state, const std::function<bool(std::size_t)>& counts,
+                    JointRows& rows) {
+  double largest = 0;
+  Index joint = -1;
+  JointSlip error;
+  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
+    const RowTag& tag = rows.tags[i];
+    if (tag.kind != RowKind::locked || rows.restraint[i] != Restraint::equality || !counts(i)) continue;
+    const JointContext& now = in.joints[tag.joint];
+    if (tag.joint != joint) {
+      joint = tag.joint;
+      error = end_error(in, now, coordinates_of(in.model, state, static_cast<std::size_t>(joint)));
+    }
+    const Vec3 torque = tag.torque - cross(now.arm, tag.force);
+    const double opening = dot(tag.force, error.linear) + dot(torque, error.angular);
+    rows.c[i] += opening / in.h;
+    largest = std::max(largest, std::abs(opening));
+  }
+  return largest;
+}
+
 // The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
 // the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
 // symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each point is followed. For

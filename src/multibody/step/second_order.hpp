@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "amontons/multibody/joints/joints.hpp"
@@ -35,6 +36,19 @@ struct SmoothInput {
 
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
 void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
+
+// A step that moves bodies with the velocities v for h.
+struct JointMotion {
+  const Model& model;
+  const BodyFrames& frames;
+  const JointContexts& joints;
+  const BodyVelocities& v;
+  double h;
+};
+// Adds what closes joints at the end of the step to c of the rigid locked rows for which counts(i) holds.
+// Returns the largest error there (m); angles count times Model::length.
+double close_joints(const JointMotion& in, const State& state, const std::function<bool(std::size_t)>& counts,
+                    JointRows& rows);
 
 // Speeds (m/s) that limit turns of contacts: smaller ones count as none. `fastest`: of contact points without
 // impulses that are not among the contacts.

@@ -351,7 +351,7 @@ static void fill_reactions(const Observed& o, const State& state, std::vector<Jo
 // Swaps and exchanges, so that both arrays of each kind keep their memory. The memory of the last problem is
 // taken if nothing else holds it: a problem that was handed out never changes.
 void Simulation::keep_results(double joint_error) {
-  auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6] = *scratch_;
+  auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
   fill_reactions(observed, state_, last_.reactions);
   last_.begun = state_.time;
   last_.stood.clear();

@@ -61,7 +61,7 @@ bool Simulation::wakes(bool all) {
 void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
   if (!steady || options_.own_method) return;
-  const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6] = *scratch_;
+  const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
   last_.found =
       fall_asleep({step, last_.before, state_, observed, posed, solved.islands, *last_.solve.problem, found},
                   last_.contacts, last_.asleep);
@@ -69,7 +69,8 @@ void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
                                         Report& report) {
-  auto& [observed, posed, solved, stiffened, kept, finder, _, elimination, impact_elimination] = *scratch_;
+  auto& [observed, posed, solved, stiffened, kept, finder, _, elimination, impact_elimination,
+         loop_elimination] = *scratch_;
   const Model& model = *model_;
   const StepSetting step{.model = model,
                          .tree = *tree_,
@@ -112,6 +113,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   Budget before_look = budget.part_of_time(step::policy.share_of_part);
   solve(step, solver(before_look, elimination), observed, posed, solved);
   look_ahead(step, solver(budget, elimination), observed, posed, solved);
+  close_loops(step, solver(budget, loop_elimination), state_, observed, posed, solved);
   // 6. and 7.
   solved.path = StepPath::accurate;
   solved.balance = balance_of(step, observed, posed, solved);

@@ -52,6 +52,8 @@ class Tree {
   Index link_of(Index body) const { return body < 0 ? -1 : link_of_[body]; }
   // Joints outside the tree that can move a body.
   const std::vector<Index>& loops() const { return loops_; }
+  // Rigid ones of them between bodies that move freely, except in lattices.
+  const std::vector<Index>& loops_of_rows() const { return loops_of_rows_; }
   std::size_t nq() const { return nq_; }
   std::size_t nv() const { return nv_; }
 
@@ -71,12 +73,13 @@ class Tree {
   void order_links(const std::vector<std::vector<Index>>& joints_of);
   void number_coordinates();
   std::vector<unsigned char> find_lattices() const;
-  void find_moving();
+  void find_moving(const std::vector<unsigned char>& is_lattice);
+  void find_loops_of_rows(const std::vector<unsigned char>& is_lattice);
 
   std::shared_ptr<const Model> model_;
   std::vector<Link> links_;
   std::vector<std::size_t> order_;
-  std::vector<Index> link_of_, loops_, number_, parent_;
+  std::vector<Index> link_of_, loops_, loops_of_rows_, number_, parent_;
   std::vector<TreeBody> moving_;
   std::vector<unsigned char> without_rows_;
   std::size_t nq_ = 0, nv_ = 0;
