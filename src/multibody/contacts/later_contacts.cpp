@@ -89,10 +89,30 @@ struct ContactFinder::Later {
   }
 };
 
+// Two balls touch in one point and have no edges, so that neither their shapes nor the turn of the normal are
+// needed: in a pile these lie far apart in memory.
+void ContactFinder::add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
+                                        const std::vector<Contact>& contacts, Part& part) const {
+  const auto [geom_a, geom_b] = key.pair;
+  const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
+  if (half.turn(a.body) + half.turn(b.body) < 0.5 * contacts::policy.least_turn) return;
+  const Vec3 centre_a = half.centre(a.body), centre_b = half.centre(b.body);
+  const ContactPoint p =
+      touch_spheres(centre_a, a.radius, centre_b, b.radius, reach.bodies[b.body].pose.rotation);
+  if (p.gap > reach_of_pair(reach, geom_a, geom_b) + contacts[key.contact].material.rest_offset) return;
+  SurfaceMotion surface;
+  if (a.conveys || b.conveys)
+    surface =
+        surface_motion(reach.model, geom_a, half.frame(geom_a), geom_b, half.frame(geom_b), reach.bodies);
+  Middle& middle = part.middles.emplace_back(Middle{key.contact, a.body, b.body, {}, {}, {}, {}});
+  touch_at(p, centre_a, centre_b, surface, middle);
+}
+
 void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                                 const std::vector<Contact>& contacts, Part& part) const {
   const auto [geom_a, geom_b] = keys[0].pair;
   const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
+  if (a.radius > 0 && b.radius > 0) return add_middle_of_balls(reach, half, keys[0], contacts, part);
   const Shape &shape_a = reach.model.geom(geom_a).shape, &shape_b = reach.model.geom(geom_b).shape;
   const double turn = half.turn(a.body) + half.turn(b.body);
   const bool of_a = has_edges(a) && has_rim(shape_a), rolls = of_a || (has_edges(b) && has_rim(shape_b));
