@@ -26,7 +26,7 @@ result against a closed form or a bound.
 
 - Where a part is not convex, `shapes.decompose` makes convex parts of its mesh: bowl, mugs
   ([shapes](models.md#meshes-as-shapes), `pip install amontons[decompose]`).
-- Where its pieces are known, as teeth and threads are, hulls are quicker and more exact: gears, nut, Geneva wheel.
+- Where its pieces are known, hulls are quicker and more exact: gears, nut, Geneva wheel.
 - Where contact does not matter, `add_coupling` or a tendon takes its place: rack, screw, belt.
 """
 

@@ -13,8 +13,8 @@ speed = 4.0  # rad/s
 
 
 def plate(outline: list[tuple[float, float]]) -> shapes.Hull:
-    """A convex outline as a plate of 10 mm about z = 0."""
-    return shapes.Hull([(x, y, z) for x, y in outline for z in (-0.005, 0.005)])
+    """A convex outline (radius, angle) as a plate of 10 mm about z = 0."""
+    return shapes.Hull([(r * math.cos(a), r * math.sin(a), z) for r, a in outline for z in (-0.005, 0.005)])
 
 
 def wheel() -> list[shapes.Hull]:
@@ -24,12 +24,10 @@ def wheel() -> list[shapes.Hull]:
     for k in range(4):
         turn = math.radians(45 + 90 * k)
         rim = np.linspace(turn + edge, turn + math.pi / 2 - edge, 7)
-        c, s = math.cos(turn), math.sin(turn)
-        ends = [
-            (bottom * c - slot * s, bottom * s + slot * c),
-            (-bottom * s + slot * c, bottom * c + slot * s),
-        ]
-        parts.append(plate([*ends, *((outer * math.cos(a), outer * math.sin(a)) for a in rim)]))
+        # The inner corners: one beside this slot, one beside the next.
+        corner, side = math.hypot(bottom, slot), math.atan2(slot, bottom)
+        ends = [(corner, turn + side), (corner, turn + math.pi / 2 - side)]
+        parts.append(plate([*ends, *((outer, angle) for angle in rim)]))
         middle += ends
     return [plate(middle), *parts]
 
