@@ -89,8 +89,8 @@ struct ContactFinder::Later {
   }
 };
 
-// Two balls touch in one point and have no edges, so that neither their shapes nor the turn of the normal are
-// needed: in a pile these lie far apart in memory.
+// Two balls touch in one point and have no edges. Neither their shapes, which lie far apart in memory, nor
+// the turn of the normal are needed.
 void ContactFinder::add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
                                         const std::vector<Contact>& contacts, Part& part) const {
   const auto [geom_a, geom_b] = key.pair;
