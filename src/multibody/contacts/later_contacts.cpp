@@ -112,7 +112,6 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
                                 const std::vector<Contact>& contacts, Part& part) const {
   const auto [geom_a, geom_b] = keys[0].pair;
   const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
-  if (a.radius > 0 && b.radius > 0) return add_middle_of_balls(reach, half, keys[0], contacts, part);
   const Shape &shape_a = reach.model.geom(geom_a).shape, &shape_b = reach.model.geom(geom_b).shape;
   const double turn = half.turn(a.body) + half.turn(b.body);
   const bool of_a = has_edges(a) && has_rim(shape_a), rolls = of_a || (has_edges(b) && has_rim(shape_b));
@@ -156,8 +155,13 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
   const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
   const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
     part.middles.clear();
-    for_each_pair(by_pair_, first, last,
-                  [&](std::span<const PairKey> keys) { add_middles(reach, half, keys, contacts, part); });
+    for_each_pair(by_pair_, first, last, [&](std::span<const PairKey> keys) {
+      const auto [a, b] = keys[0].pair;
+      if (reach.model.outline(a).radius > 0 && reach.model.outline(b).radius > 0)
+        add_middle_of_balls(reach, half, keys[0], contacts, part);
+      else
+        add_middles(reach, half, keys, contacts, part);
+    });
   });
   middles_.swap(parts[0].middles);
   for (const Part& part : parts.subspan(1))
