@@ -112,8 +112,8 @@ def test_grains_fall_beside_one_that_rests():
     np.testing.assert_allclose(fallen, 0.5 * 9.81 * sim.time**2, rtol=0.1)
 
 
-# Breaks when bodies that only touch each other stop in the air beside a scene at rest: the error of 400 grains
-# is twice g h.
+# Breaks when bodies that only touch each other stop in the air beside a scene at rest: the error of 400
+# grains is twice g h.
 def test_a_pair_falls_beside_a_scene_at_rest():
     b = ModelBuilder()
     b.add_floor()
