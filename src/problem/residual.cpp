@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace amontons {
 
@@ -48,16 +49,20 @@ void natural_map_step(const Problem& problem, Law law, std::span<const double> x
 }
 
 // docs/algorithm.md (16). At x = 0, u = b: the length of Pi_K(-P^-1 b) in the P metric, to which the residual
-// is relative. It is zero if 0 is a solution; 1e-300 then keeps the quotient of two zeros at zero.
+// is relative. Where contacts slide and do not approach, that projection is a difference of equal terms: 0 is
+// a solution but for rounding, and no x would be better. The root of the rounding of g as the least share of
+// |P^-1/2 g| divides the digits evenly: residuals show rounding as no more than that root, and errors of less
+// than that share of g count less. 1e-300 keeps the quotient of two zeros at zero.
 double natural_map_at_zero(const Problem& problem, Law law) {
-  double sum = 0;
+  double sum = 0, whole = 0;
   for_each_block(problem.K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     const double zero[S::dim] = {};
     double g[S::dim];
     add_de_saxce_term(set, law, &problem.b[row], g);
     sum += natural_map_squared(set, problem.P[block], zero, g);
+    for (const double v : g) whole += v * v / problem.P[block];
   });
-  return std::max(std::sqrt(sum), 1e-300);
+  return std::max(std::sqrt(std::max(sum, std::numeric_limits<double>::epsilon() * whole)), 1e-300);
 }
 
 // The other norms take the step g itself, as if P were 1/kg: they depend on units and serve for comparison

@@ -50,6 +50,7 @@ TEST(static_shapes_never_touch_each_other) {
 // general one would never be used.
 TEST(every_pair_has_a_way_and_special_ways_come_first) {
   using namespace collision;
+  using collision::kind_of;  // in a batch with other files there is one of sets, too
   for (std::size_t a = 0; a < kind_count; ++a)
     for (std::size_t b = a; b < kind_count; ++b)
       CHECK((find_row(a, b) == nullptr) == (holds(static_kinds, a) && holds(static_kinds, b)));

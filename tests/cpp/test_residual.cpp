@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -133,6 +134,29 @@ TEST(norms_by_hand) {
   // P = 4 for A = 4 I: P^1/2 |Pi_K(-b / 4)| = plain / 2.
   const Problem heavy = make_problem(small::dense_operator({4, 0, 0, 0, 4, 0, 0, 0, 4}, 3), p.b, p.K);
   CHECK_NEAR(natural_map(heavy, Law::associated, zero, p.b), plain / 2, 1e-15);
+}
+
+// Breaks when the residual is relative to rounding. Contacts that slide and do not approach have g on the
+// boundary of the dual cone, where the projection of -g is zero but for its last bits.
+TEST(sliding_contacts_have_a_residual_of_rounding_at_zero) {
+  SetProduct K;
+  K.add_each<Friction>(Vector(64, 0.3));
+  Vector b(192, 0.0), A(192 * 192, 0.0);
+  for (std::size_t i = 0; i < 192; ++i) A[193 * i] = 1;
+  for (std::size_t i = 0; i < 64; ++i) {
+    b[3 * i + 1] = std::cos(static_cast<double>(i));
+    b[3 * i + 2] = 0.1 * std::sin(static_cast<double>(i));
+  }
+  const double root = std::sqrt(std::numeric_limits<double>::epsilon());
+  for (const double speed : {1.0, 1e-17}) {
+    Vector slow = b;
+    for (double& v : slow) v *= speed;
+    const Problem p = make_problem(small::dense_operator(A, 192), slow, K);
+    CHECK(residual(p, Law::coulomb, Vector(192, 0.0)) < root);
+  }
+  // An approach of a millionth of the slip still counts in full.
+  b[0] = -1e-6;
+  CHECK(residual(make_problem(small::dense_operator(A, 192), b, K), Law::coulomb, Vector(192, 0.0)) == 1);
 }
 
 // Breaks when x = 0 being the solution divides zero by zero.

@@ -1,15 +1,10 @@
-"""The layers of ARCHITECTURE.md, and that the checker sees each kind of violation in Python.
+"""The checker of the layers of ARCHITECTURE.md sees each kind of violation in Python.
 
-Those in C++ are in test_layers_cpp.py.
+Those in C++ are in test_layers_cpp.py. That the sources have none is what `make lint` checks.
 """
 
 import check_layers
 import pytest
-
-
-# Breaks when a file uses a folder above its own, in C++ or in Python, or closes a cycle.
-def test_layers_hold(root):
-    assert check_layers.violations(root) == []
 
 
 def tree(folder, files):

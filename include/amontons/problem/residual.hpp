@@ -6,8 +6,8 @@
 namespace amontons {
 
 // Measures of the error of x. All are zero exactly at a solution of the given law.
-//  natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, tiny): the residual in every method,
-//             tolerance and report
+//  natural    | P^1/2 (x - Pi_K(x - P^-1 u)) |_2 / max(same at x = 0, rounding): the residual in every
+//             method, tolerance and report
 //  plain      | x - Pi_K(x - u) |_2
 //  plain_inf  the same in the maximum norm
 //  siconos    | x - Pi_K(x - u) |_2 / max(|b|_2, |x|_2, |u|_2)
@@ -31,7 +31,8 @@ inline double natural_map_squared(const S& set, double p, const double* x, const
 // The residual of x given u = A x + b.
 double residual(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u,
                 Norm norm = Norm::natural);
-// The numerator of the natural residual, and its denominator (the same at x = 0, at least tiny).
+// The numerator of the natural residual, and its denominator: the same at x = 0, at least the root of the
+// rounding of |P^-1/2 b|.
 double natural_map(const Problem& problem, Law law, std::span<const double> x, std::span<const double> u);
 double natural_map_at_zero(const Problem& problem, Law law);
 // The vector whose P norm that is: r = x - Pi_K(x - P^-1 g), g = A x + b (+ the De Saxce term).

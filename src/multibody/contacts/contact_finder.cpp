@@ -40,8 +40,7 @@ double approach(const GeomMotion& a, const GeomMotion& b) {
 Vec3 centre_of(const Reach& reach, Index body) { return body < 0 ? Vec3{} : reach.bodies[body].centre; }
 
 // The data that all contacts of two geoms share.
-Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodies) {
-  Contact c;
+void set_pair(const Model& model, Index a, Index b, const BodyFrames& bodies, Contact& c) {
   c.body_a = model.outline(a).body;
   c.body_b = model.outline(b).body;
   c.geom_a = a;
@@ -59,7 +58,6 @@ Contact contact_of(const Model& model, Index a, Index b, const BodyFrames& bodie
     const bool first = of_a || (!of_b && !(geom_a.friction_direction == Vec3{}));
     c.direction = in_world((first ? geom_a : geom_b).friction_direction, first ? geom_a : geom_b, bodies);
   }
-  return c;
 }
 
 // By how much the bounds of a geom that does not turn grow, so that those of two touch within the margin.
@@ -67,14 +65,6 @@ double least_growth(const Reach& reach, std::size_t geom) {
   return 0.5 * reach.margin + reach.model.rest_offset(static_cast<Index>(geom));
 }
 
-// For what a search on a device reads.
-const HostMemory& memory_of(const Reach& reach) {
-  static const HostMemory ordinary;
-  return reach.pairs ? reach.pairs->memory : ordinary;
-}
-
-// A ball that is larger by this factor contains what arithmetic takes for its surface.
-constexpr double with_rounding = 1 + 1e-12;  // not tuned: rounding
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -96,22 +86,23 @@ void ContactFinder::place_geoms(const Reach& reach) {
   frames_.resize(geoms.size());
   bounds_.resize(geoms.size());
   fixed_.resize(geoms.size());
-  balls_.resize(geoms.size(), memory_of(reach));
-  placed_ = next_number();
+  extents_.resize(geoms.size(), reach.memory());
+  extents_.placed = next_number();
+  HostArray<Ball>& balls = extents_.balls;
   for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
     const Model::Outline& outline = model.outline(static_cast<Index>(g));
     if (placed && standing_.stand(outline.body, world)) return;
     fixed_[g] = !outline.dynamic;
     if (outline.radius > 0) {
       frames_[g] = reach.bodies[outline.body].pose;  // how a ball turns in it does not matter
-      balls_[g] = {frames_[g].position, with_rounding * (outline.radius + least_growth(reach, g))};
+      balls[g] = {frames_[g].position, with_rounding * (outline.radius + least_growth(reach, g))};
       return;
     }
     const Geom& geom = geoms[g];
     frames_[g] = geom.body < 0 ? geom.frame : reach.bodies[geom.body].pose * geom.frame;
-    balls_[g] = {frames_[g].position, unbounded};
+    balls[g] = {frames_[g].position, unbounded};
     if (const auto* sphere = std::get_if<Sphere>(&geom.shape))
-      balls_[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
+      balls[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
     else
       bounds_[g] = quick_bounds(geom.shape, frames_[g]);
   });
@@ -125,57 +116,37 @@ void ContactFinder::place_geoms(const Reach& reach) {
 void ContactFinder::reach_out(const Reach& reach) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  boxes_.resize(geoms.size());
-  travels_.resize(geoms.size(), memory_of(reach));
-  half_spaces_.resize(geoms.size());
+  auto& [boxes, balls, travels, half_spaces, _] = extents_;
   motions_.assign(geoms.size(), GeomMotion{});
   for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
     const Model::Outline& outline = model.outline(static_cast<Index>(g));
     if (!outline.still) motions_[g] = motion(reach, g, reach.v[outline.body]);
-    const Vec3 travel = travels_[g] = reach.h * motions_[g].centre;
-    if (balls_[g].radius < unbounded) {
-      boxes_[g] = box_around(balls_[g], travel);
+    const Vec3 travel = travels[g] = reach.h * motions_[g].centre;
+    if (balls[g].radius < unbounded) {
+      boxes[g] = box_around(balls[g], travel);
       return;
     }
     const double grow = least_growth(reach, g) + reach.h * motions_[g].spin;
     for (int i = 0; i < 3; ++i) {
-      boxes_[g].lower[i] = bounds_[g].lower[i] + (std::min(0.0, travel[i]) - grow);
-      boxes_[g].upper[i] = bounds_[g].upper[i] + (std::max(0.0, travel[i]) + grow);
+      boxes[g].lower[i] = bounds_[g].lower[i] + (std::min(0.0, travel[i]) - grow);
+      boxes[g].upper[i] = bounds_[g].upper[i] + (std::max(0.0, travel[i]) + grow);
     }
     if (outline.plane) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
-      half_spaces_[g] = {normal,
-                         dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
+      half_spaces[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
   });
 }
 
-bool ContactFinder::is_reached(const Model& model, Index a, Index b) const {
-  const auto reaches = [&](Index plane, const Aabb& box) {
-    const auto& [normal, top] = half_spaces_[plane];
-    Vec3 lowest;
-    for (int i = 0; i < 3; ++i) lowest[i] = normal[i] > 0 ? box.lower[i] : box.upper[i];
-    return !(dot(normal, lowest) > top);
-  };
-  return (!model.outline(a).plane || reaches(a, boxes_[b])) &&
-         (!model.outline(b).plane || reaches(b, boxes_[a]));
-}
-
-void ContactFinder::find_pairs(const Reach& reach, std::span<const unsigned char> stay) {
+// Where solved velocities lead out of the list, most geoms stay, and a search of the others costs less than a
+// new list.
+std::span<const IndexPair> ContactFinder::find_pairs(const Reach& reach) {
   const Model& model = reach.model;
-  if (model.lists_pairs()) {
-    pairs_.clear();
-    for (const auto& [a, b] : model.listed_pairs())
-      if (!(stay[a] && stay[b]) && is_overlap(boxes_[a], boxes_[b]) && is_reached(model, a, b))
-        pairs_.emplace_back(a, b);
-    return;
-  }
-  broad_phase_.find_pairs({boxes_, std::as_const(balls_), std::as_const(travels_), stay, placed_}, pairs_,
-                          reach.pairs, reach.threads);
-  std::erase_if(pairs_, [&](const IndexPair& pair) {
-    const auto& [a, b] = pair;
-    return !is_reached(model, a, b) || !model.may_touch(a, b);
-  });
+  if (model.lists_pairs()) return model.listed_pairs();
+  if (near_.hold(reach, extents_, stay_)) return near_.pairs();
+  broad_phase_.find_pairs(extents_.bounds(stay_), pairs_, reach.pairs, reach.threads);
+  std::erase_if(pairs_, [&](const IndexPair& pair) { return !model.may_touch(pair.first, pair.second); });
+  return pairs_;
 }
 
 // Largest distance of two geoms that can come into the margin within the step.
@@ -183,11 +154,13 @@ double ContactFinder::reach_of_pair(const Reach& reach, Index a, Index b) const 
   return reach.margin + reach.h * approach(motions_[a], motions_[b]);
 }
 
-// Calls f(contact, gap at the end of the step) for every point in reach of the velocities, of those of the
-// pairs that counts() accepts.
-template <class Counts, class F>
+// Appends the points in reach of the velocities of those pairs that counts() accepts, if keep(contact, gap at
+// the end of the step) does. A record is large: it is written where it stays, and is used again for the next
+// point if it does not.
+template <class Counts, class Keep>
 void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
-                          std::vector<ContactPoint>& points, Counts&& counts, F&& f) const {
+                          std::vector<ContactPoint>& points, std::vector<Contact>& contacts, Counts&& counts,
+                          Keep&& keep) const {
   const Model& model = reach.model;
   for (auto [a, b] : pairs) {
     if (!counts(a, b)) continue;
@@ -196,15 +169,19 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
     points.clear();
     collide_geoms(model, {a, frames_[a]}, {b, frames_[b]},
                   reach_of_pair(reach, a, b) + (model.rest_offset(a) + model.rest_offset(b)), points);
-    // Materials and frames are looked up only for touching pairs; the broad phase finds many more.
+    // Materials and frames are looked up only for touching pairs; the list has many more.
     if (points.empty()) continue;
-    Contact c = contact_of(model, a, b, reach.bodies);
+    set_pair(model, a, b, reach.bodies, contacts.emplace_back());
     const SurfaceMotion surface = surface_motion(model, a, frames_[a], b, frames_[b], reach.bodies);
-    const Vec3 centre_a = centre_of(reach, c.body_a), centre_b = centre_of(reach, c.body_b);
+    const Vec3 centre_a = centre_of(reach, contacts.back().body_a);
+    const Vec3 centre_b = centre_of(reach, contacts.back().body_b);
+    bool kept = false;
     for (const ContactPoint& p : points) {
+      Contact& c = kept ? contacts.emplace_back(contacts.back()) : contacts.back();
       move_to(p, centre_a, centre_b, surface, c);
-      f(c, c.gap + reach.h * opening(c, reach.v));
+      kept = keep(c, c.gap + reach.h * opening(c, reach.v));
     }
+    if (!kept) contacts.pop_back();
   }
 }
 
@@ -217,6 +194,7 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
   kept.clear();
   StandingPairs::Cursor last = pairs.empty() ? 0 : standing_.at(pairs.front());
   for (const IndexPair& pair : pairs) {
+    if (!may_meet(pair.first, pair.second)) continue;
     const std::size_t before = contacts.size();
     const bool stand =
         standing_.stand(reach.model.outline(pair.first).body, reach.model.outline(pair.second).body);
@@ -225,8 +203,8 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
       const std::span<const Contact> found = standing_.contacts(*known);
       contacts.insert(contacts.end(), found.begin(), found.end());
     } else {
-      visit(reach, {&pair, 1}, points, all, [&](const Contact& contact, double closing) {
-        if (contact.gap <= reach.margin || closing <= reach.margin) contacts.push_back(contact);
+      visit(reach, {&pair, 1}, points, contacts, all, [&](const Contact& contact, double closing) {
+        return contact.gap <= reach.margin || closing <= reach.margin;
       });
     }
     if (stand) kept.add(pair, std::span(contacts).subspan(before));
@@ -248,12 +226,14 @@ void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
     for (std::size_t g = 0; g < geoms.size(); ++g)
       stay_[g] = geoms[g].body < 0 || reach.asleep->stays[static_cast<std::size_t>(geoms[g].body)];
   }
-  find_pairs(reach, stay_);
+  const std::span<const IndexPair> near = reach.model.lists_pairs()
+                                              ? std::span<const IndexPair>(reach.model.listed_pairs())
+                                              : near_.find(reach, extents_, motions_, stay_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
-      in_parts(reach, pairs_.size(), [&](Part& part, std::size_t first, std::size_t last) {
-        collide_pairs(reach, std::span(pairs_).subspan(first, last - first), part);
+      in_parts(reach, near.size(), [&](Part& part, std::size_t first, std::size_t last) {
+        collide_pairs(reach, near.subspan(first, last - first), part);
       });
   contacts.swap(parts[0].contacts);
   for (const Part& part : parts.subspan(1)) {
@@ -331,11 +311,10 @@ void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contact
   sort_all(contacts);
   found_.clear();
   reach_out(reach);
-  find_pairs(reach, fixed_);
-  const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b]; };
-  visit(reach, pairs_, points_, one_moves, [&](const Contact& contact, double closing) {
-    if (closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts))
-      found_.push_back(contact);
+  stay_ = fixed_;
+  const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b] && may_meet(a, b); };
+  visit(reach, find_pairs(reach), points_, found_, one_moves, [&](const Contact& contact, double closing) {
+    return closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts);
   });
   contacts.insert(contacts.end(), found_.begin(), found_.end());
 }
@@ -366,18 +345,16 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
     return reach.has_sleepers() && (fixed_[g] || reach.asleep->contains(geoms[g].body));
   };
   const auto changed = [&](Index a, Index b) {
-    return !(sleeps(a) && sleeps(b)) &&
+    return may_meet(a, b) && !(sleeps(a) && sleeps(b)) &&
            reach.h * approach(changes_[a], changes_[b]) > reach.margin + allowance;
   };
   sort_all(contacts);
   found_.clear();
   reach_out(reach);
-  find_pairs(reach, stay_);
-  visit(reach, pairs_, points_, changed, [&](const Contact& contact, double closing) {
-    if (closing >= -allowance) return;
+  visit(reach, find_pairs(reach), points_, found_, changed, [&](const Contact& contact, double closing) {
+    if (closing >= -allowance) return false;
     note_disturbed(reach, contact);
-    if (edges_.passes(reach, frames_, contact)) return;
-    if (!is_known(reach, contact, contacts)) found_.push_back(contact);
+    return !edges_.passes(reach, frames_, contact) && !is_known(reach, contact, contacts);
   });
   for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
     end = end_of_pair(found_, first);

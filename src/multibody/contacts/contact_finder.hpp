@@ -12,17 +12,12 @@
 #include "amontons/multibody/bodies/bodies.hpp"
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/internal_edges.hpp"
+#include "multibody/contacts/near_pairs.hpp"
 #include "multibody/contacts/pair_order.hpp"
 #include "multibody/contacts/redundant_points.hpp"
 #include "multibody/contacts/standing_pairs.hpp"
 
 namespace amontons {
-
-// The velocity of a geom's centre, and the largest speed that its turning adds to its surface along normals.
-struct GeomMotion {
-  Vec3 centre;
-  double spin = 0;
-};
 
 // Memory of the searches of a simulation. The searches of one step belong together: those after a solve use
 // the geom poses of the first one. Contacts are complete except for the results of a solve; body A is
@@ -93,38 +88,32 @@ class ContactFinder {
   // velocities of one search.
   void place_geoms(const Reach& reach);
   void reach_out(const Reach& reach);
-  // Contacts of the pairs, which ascend, within the margin now or at the end of the step; and of those that
-  // stand, for the next search.
+  // Contacts of those of the pairs that meet within the margin now or at the end of the step; and of those
+  // that stand, for the next search. The pairs ascend.
   void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
   // Adds the middles of one pair; tells whether the pair overlaps in later poses.
   void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                    const std::vector<Contact>& contacts, Part& part) const;
+  void add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
+                           const std::vector<Contact>& contacts, Part& part) const;
   bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
-  // The pairs that may touch within the step, ascending, to pairs_; none of two geoms that `stay`.
-  void find_pairs(const Reach& reach, std::span<const unsigned char> stay);
+  // Ascending pairs, among which are all that may meet.
+  std::span<const IndexPair> find_pairs(const Reach& reach);
+  bool may_meet(Index a, Index b) const { return !(stay_[a] && stay_[b]) && extents_.meet(a, b); }
   void note_disturbed(const Reach& reach, const Contact& contact);
-  // Whether two geoms whose boxes overlap may meet: a plane, whose box is infinite, only below its top.
-  bool is_reached(const Model& model, Index a, Index b) const;
   double reach_of_pair(const Reach& reach, Index a, Index b) const;
   GeomMotion motion(const Reach& reach, std::size_t geom, const BodyVelocity& v) const;
-  template <class Counts, class F>
+  template <class Counts, class Keep>
   void visit(const Reach& reach, std::span<const IndexPair> pairs, std::vector<ContactPoint>& points,
-             Counts&& counts, F&& f) const;
+             std::vector<Contact>& contacts, Counts&& counts, Keep&& keep) const;
 
   BroadPhase broad_phase_;
   std::vector<Transform> frames_;
   std::vector<std::optional<Transform>> later_;  // by body, of the last search in later poses
-  std::vector<Aabb> bounds_, boxes_;  // of the shapes in their poses, not of spheres; of their reach
-  HostArray<Ball> balls_;             // of spheres, with what they may gain at rest
-  HostArray<Vec3> travels_;           // of the centres within the step
-  std::uint64_t placed_ = 0;          // number of the balls
-  // A plane: its normal, and the height along it up to which it may reach within the step.
-  struct HalfSpace {
-    Vec3 normal;
-    double top;
-  };
-  std::vector<HalfSpace> half_spaces_;  // by geom
+  std::vector<Aabb> bounds_;                     // of the shapes in their poses, not of spheres
+  Extents extents_;
+  NearPairs near_;
   std::vector<unsigned char> fixed_, stay_;
   BodyVelocities foreseen_;  // velocities of the first search
   StandingPairs standing_;

@@ -20,6 +20,11 @@ struct Reach {
   const PairSearch* pairs = nullptr;
   const Sleepers* asleep = nullptr;  // islands that stay; null: none
   bool has_sleepers() const { return asleep && asleep->any(); }
+  // For what a search on a device reads.
+  const HostMemory& memory() const {
+    static const HostMemory ordinary;
+    return pairs ? pairs->memory : ordinary;
+  }
 };
 
 // Speed at which the gap of a contact opens, and the gap at the end of the step.
