@@ -19,16 +19,16 @@ def test_smooth_motion_keeps_its_energy(name):
 
 
 def test_loops_keep_their_energy_for_long():
-    # Impulses along the rows at the start of a step that close the joints at its end are Verlet's method: what
-    # comes and goes is bounded, and nothing is lost. Displacements of the bodies in each step lost 0.5 %, and
-    # those of steps in which an error was too large 0.25 %.
+    # Impulses along the rows at the start of a step that close the joints at its end are Verlet's method:
+    # what comes and goes is bounded, and nothing is lost. Displacements of the bodies in each step lost 0.5 %,
+    # and those of steps in which an error was too large 0.25 %.
     assert abs(energy_loss(SMOOTH["four-bar"](5e-3), 40.0)) < 2e-4
 
 
 def test_a_frame_passes_its_change_point():
-    # Three equal bars on the ground carry a beam: seven rows are redundant. Where all bars lie in one line, an
-    # open joint moves them apart by its error over the way h w to that pose. The frame lost all of its energy
-    # there. The path is of second order, (h w)^2 / 2 = 6e-5 of the kinetic energy at 5.5 rad/s.
+    # Three equal bars on the ground carry a beam: seven rows are redundant. Where all bars lie in one line,
+    # an open joint moves them apart by its error over the way h w to that pose. The frame lost all of its
+    # energy there. The path is of second order, (h w)^2 / 2 = 6e-5 of the kinetic energy at 5.5 rad/s.
     builder = ModelBuilder()
     lean = math.radians(30)
     top = np.array([math.sin(lean), 0, math.cos(lean)])
