@@ -20,8 +20,8 @@ def test_smooth_motion_keeps_its_energy(name):
 
 def test_loops_keep_their_energy_for_long():
     # Impulses along the rows at the start of a step that close the joints at its end are Verlet's method:
-    # what comes and goes is bounded, and nothing is lost. Displacements of the bodies in each step lost 0.5 %,
-    # and those of steps in which an error was too large 0.25 %.
+    # what comes and goes is bounded, and nothing is lost. Displacements of the bodies in each step lost
+    # 0.5 %, and those of steps in which an error was too large 0.25 %.
     assert abs(energy_loss(SMOOTH["four-bar"](5e-3), 40.0)) < 2e-4
 
 

@@ -89,18 +89,20 @@ static std::vector<unsigned char> find_loops(const StepSetting& step, const Obse
   return loops;
 }
 
-// The rows hold velocities in the pose at the start, docs/algorithm.md (9), and leave an error of third order
-// in that at the end. Impulses along the same rows that take it out make the step Verlet's with constraints:
-// joints stay closed, and energy has no drift (Leimkuhler and Skeel, "Symplectic numerical integrators in
-// constrained Hamiltonian systems", J. Comput. Phys. 112, 1994). Displacements of the bodies would lose
-// energy.
+// The rows hold velocities in the pose at the start, docs/algorithm.md (9). In the pose at the end an error C
+// of third order is left. Impulses along the same rows take it out: D v+ changes by -C / h. The step is then
+// Verlet's with constraints. Joints stay closed, and energy has no drift: Leimkuhler and Skeel, "Symplectic
+// numerical integrators in constrained Hamiltonian systems", J. Comput. Phys. 112, 1994. Displacements of
+// the bodies would lose energy.
 //
-// In a pose where all bars of a loop lie in one line, an open joint would move them apart by the error over
-// the way h w to that pose, and their rates by the error over h^2 w.
+// Let all bars of a loop lie in one line in a pose ahead. The way to it is h w in the nearest step. An error
+// C moves the bars apart by C / (h w), and their rates by C / (h^2 w).
 //
-// An island with contacts, limits or friction keeps its solution: its motion is not smooth, and a second
-// solve of inequalities costs as much as the first. The start of the second solve is zero, because the
-// impulses of the first are its solution to within the tolerance, and the change would be lost.
+// An island with contacts, limits or friction keeps its solution. Its motion is not smooth, and a second
+// solve of inequalities costs as much as the first.
+//
+// The start of the second solve is zero. The impulses of the first solve it to within the tolerance, so that
+// they would be accepted without the change.
 void close_loops(const StepSetting& step, const StepSolver& solver, const State& state, Observed& o,
                  StepProblem& posed, Solved& solved) {
   if (step.tree.loops_of_rows().empty() || step.damped || step.options.recovery != Recovery::projection ||
