@@ -65,13 +65,14 @@ demo: install
 	@echo 'docs/five-minutes.md, or all documents as a site: make docs'
 
 # All tests but those of the repository itself; ROOM=io those of one room, a folder of tests or of tests/python;
-# ROOM=core those of the engine, in which no extra can be imported.
+# ROOM=core those of the engine, in which no extra can be imported. Workers fill the processors: further threads of
+# NumPy would wait for each other, and a report of a wall takes three times the processor time.
 ROOM ?=
 CORE := model problem simulation physics
 test: room $(if $(filter-out cpp core,$(or $(ROOM),all)),install browser pocl,install) $(if $(filter-out cpp core,$(ROOM)),,cpp_tests)
 ifneq ($(ROOM),cpp)
 	$(say) 'Python tests'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(if $(filter core,$(ROOM)),--core) \
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(if $(filter core,$(ROOM)),--core) \
 	  $(wildcard $(foreach room,$(ROOM:core=$(CORE)),tests/$(room) tests/python/$(room)))
 endif
 

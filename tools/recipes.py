@@ -18,15 +18,15 @@ EYES = {
     "screw": (-60, 15), "belt": (-75, 20), "cam": (-75, 15), "geneva": (-75, 50), "scissor_lift": (-70, 12),
     "gripper_mug": (-30, 15), "tyre": (-65, 15), "part_feeder": (-60, 25),
 }  # fmt: skip
-DECOMPOSED = ("bowl", "mug", "gripper_mug", "geneva")
+DECOMPOSED = ("bowl", "mug", "gripper_mug")
 """Those that need the package coacd."""
 HEAD = """
 Mechanisms that are often asked for. Each is a program of one screen in `examples/recipes`, which checks its
 result against a closed form or a bound.
 
-- Where a part is not convex, `shapes.decompose` makes convex parts of its mesh: bowl, mugs, Geneva wheel
+- Where a part is not convex, `shapes.decompose` makes convex parts of its mesh: bowl, mugs
   ([shapes](models.md#meshes-as-shapes), `pip install amontons[decompose]`).
-- Where its pieces are known, as teeth and threads are, hulls are quicker and more exact: gears, nut.
+- Where its pieces are known, hulls are quicker and more exact: gears, nut, Geneva wheel.
 - Where contact does not matter, `add_coupling` or a tendon takes its place: rack, screw, belt.
 """
 

@@ -11,40 +11,24 @@ from .. import _core
 from ..checks import Numbers, about, changed, chosen, positive, shown, unit_vector, vector3
 from ..errors import InputError
 from ..guidance import guided
-from .composing import NAMED, NAMELESS, KeyframePart, bottom, whole_keyframe
-from .drives import Actuator, Tendon
+from .collection import NAMED, Parts, require_movable
+from .composing import Added, Seat, bottom, parts_of, top, whole_keyframe
+from .drive_builder import DriveBuilder
 from .fields import inertia_matrix
-from .links import Link
 from .mass import MassProperties
-from .model import FRICTION_RULES, TREE_TERMS, TREES, Model, index_of, no_model
-from .part_builder import PartBuilder, require_movable
-from .parts import (
-    NO_FLUID,
-    OWN,
-    WORLD,
-    Body,
-    Bond,
-    Coupling,
-    Fluid,
-    FluidBox,
-    Geom,
-    Material,
-    Motor,
-    PairMaterial,
-)
-from .presets import Unread
-from .sensing import Sensor, Site
+from .model import FRICTION_RULES, TREE_TERMS, TREES, Model, no_model
+from .parts import NO_FLUID, OWN, WORLD, Body, Bond, Coupling, Fluid, Geom, Material, Motor, PairMaterial
+from .sensing import Site
 from .shapes import Plane, Shape
-from .transforms import IDENTITY, ORIGIN, Transform, conjugate, rotate
+from .transforms import IDENTITY, ORIGIN, Transform, add, conjugate, rotate
 from .visuals import TriangleMesh, Visual
 
-LONGEST_NAME = 1000
 EVERYTHING = 2**32 - 1
 """Bits of a floor: what touches anything touches it."""
 
 
 @guided
-class ModelBuilder(PartBuilder):
+class ModelBuilder(DriveBuilder):
     """Collects bodies, geoms, joints, tendons and actuators, then makes a Model of them.
 
     gravity: m/s^2. friction_rule: how the frictions of two surfaces combine, "geometric_mean", "maximum",
@@ -79,24 +63,7 @@ class ModelBuilder(PartBuilder):
             chosen("trees", trees, TREES, TREE_TERMS)
         self._trees = trees
         self._fluid = fluid
-        self._bodies: list[Body] = []
-        self._geoms: list[Geom] = []
-        self._joints = []
-        self._couplings: list[Coupling] = []
-        self._tendons: list[Tendon] = []
-        self._actuators: list[Actuator] = []
-        self._pair_materials: list[PairMaterial] = []
-        self._excluded_bodies: list[tuple[int, int]] = []
-        self._excluded_geoms: list[tuple[int, int]] = []
-        self._fluid_boxes: list[FluidBox] = []
-        self._bonds: list[Bond] = []
-        self._keyframes: dict[str, list[KeyframePart]] = {}
-        self._unread: list[Unread] = []
-        self._sites: list[Site] = []
-        self._visuals: list[Visual] = []
-        self._sensors: list[Sensor] = []
-        self._links: list[Link] = []
-        self._names: dict[str, dict[str, int]] = {kind: {} for kind in NAMED}
+        super().__init__()
 
     def add_body(
         self,
@@ -141,7 +108,7 @@ class ModelBuilder(PartBuilder):
                 name_of_geom = self._new_name("geom", None)
                 geom = Geom(
                     name_of_geom,
-                    len(self._bodies),
+                    len(self._parts.bodies),
                     shape=shape,
                     material=_or_default(material),
                     friction_direction=friction_direction,  # type: ignore[arg-type]
@@ -165,8 +132,8 @@ class ModelBuilder(PartBuilder):
         if motion == "static" and (any(body.linear_velocity) or any(body.angular_velocity)):
             raise InputError(f"{who}: a fixed body has no velocity; make it kinematic")
         if geom is not None:
-            self._append("geom", self._geoms, geom)
-        return self._append("body", self._bodies, body)
+            self._append(geom)
+        return self._append(body)
 
     def add_geom(
         self,
@@ -199,36 +166,29 @@ class ModelBuilder(PartBuilder):
         >>> builder.build().geoms[ground].material.friction
         0.3
         """
-        index, inner, link = self._place(body)
         name = self._new_name("geom", name)
         who = f'geom "{name}"'
         local = Transform.named(who, position, orientation)
-        geom = Geom(
-            name,
-            index,
-            inner @ local if link != OWN else local,
-            link=link,
-            shape=shape,
-            material=_or_default(material),
-            surface_velocity=surface_velocity,  # type: ignore[arg-type]
-            surface_spin=surface_spin,  # type: ignore[arg-type]
-            category=category,
-            mask=mask,
-            friction_direction=friction_direction,  # type: ignore[arg-type]
+        geom = self._referred(
+            Geom(
+                name,
+                body,  # type: ignore[arg-type]
+                local,
+                shape=shape,
+                material=_or_default(material),
+                surface_velocity=surface_velocity,  # type: ignore[arg-type]
+                surface_spin=surface_spin,  # type: ignore[arg-type]
+                category=category,
+                mask=mask,
+                friction_direction=friction_direction,  # type: ignore[arg-type]
+            )
         )
-        if index != WORLD:
-            carrier = self._bodies[index]
-            require_movable(f'{who} of body "{carrier.name}"', shape, carrier.motion)
-            if density is not None:
-                part = shape.mass_properties(positive(f"{who}: density", density)).moved(geom.frame)
-                solid = MassProperties(carrier.mass, carrier.centre_of_mass, carrier.inertia) + part
-                self._bodies[index] = changed(carrier, **vars(solid))
-                if link != OWN:
-                    part = shape.mass_properties(density).moved(local) + MassProperties(
-                        *(getattr(self._links[link], key) for key in ("mass", "centre_of_mass", "inertia"))
-                    )
-                    self._links[link] = changed(self._links[link], **vars(part))
-        return self._append("geom", self._geoms, geom)
+        if density is not None and geom.body != WORLD:
+            solid = shape.mass_properties(positive(f"{who}: density", density))
+            _add_mass(self._parts.bodies, geom.body, solid.moved(geom.frame))
+            if geom.link != OWN:
+                _add_mass(self._parts.links, geom.link, solid.moved(local))
+        return self._append(geom)
 
     def add_visual(
         self,
@@ -244,9 +204,8 @@ class ModelBuilder(PartBuilder):
         position, orientation: in the body frame (m; unit quaternion w, x, y, z). colour: red, green, blue and
         opacity from 0 to 1; None is that of the kind of shape.
         """
-        index, inner, link = self._place(body)
-        frame = inner @ Transform.named("visual", position, orientation)
-        self._visuals.append(Visual("", index, frame, shape=shape, colour=colour, link=link))
+        frame = Transform.named("visual", position, orientation)
+        self.add(Visual("", body, frame, shape=shape, colour=colour))  # type: ignore[arg-type]
 
     def add_site(
         self,
@@ -268,9 +227,8 @@ class ModelBuilder(PartBuilder):
         [0.  0.  0.3]
         """
         name = self._new_name("site", name)
-        index, inner, _ = self._place(body)
-        frame = inner @ Transform.named(f'site "{name}"', position, orientation)
-        return self._append("site", self._sites, Site(name, index, frame))
+        frame = Transform.named(f'site "{name}"', position, orientation)
+        return self.add(Site(name, body, frame))  # type: ignore[arg-type]
 
     def add_coupling(
         self,
@@ -294,27 +252,14 @@ class ModelBuilder(PartBuilder):
         """
         name = self._new_name("coupling", name)
         who = f'coupling "{name}"'
-        ends = []
-        for joint, dof, tendon in ((joint_a, dof_a, tendon_a), (joint_b, dof_b, tendon_b)):
+        for joint, tendon in ((joint_a, tendon_a), (joint_b, tendon_b)):
             if joint is not None and tendon is not None:
                 raise InputError(f"{who}: a joint and a tendon in one place; give one of them")
-            ends.append(
-                (
-                    WORLD if joint is None else self._index("joint", joint),
-                    dof,
-                    WORLD if tendon is None else self._index("tendon", tendon),
-                )
-            )
-            if joint is not None:
-                with about(who):
-                    self._require_dof(ends[-1][0], dof)
-        (a, _, line_a), (b, _, line_b) = ends
-        if a == line_a == WORLD:
+        if joint_a is None and tendon_a is None:
             raise InputError(f"{who}: give the joint or tendon that follows")
-        if (a, line_a) == (b, line_b) and (a == WORLD or dof_a == dof_b):
-            raise InputError(f"{who} couples a coordinate to itself; give two joints")
+        a, b, line_a, line_b = (WORLD if x is None else x for x in (joint_a, joint_b, tendon_a, tendon_b))
         coupling = Coupling(name, a, dof_a, b, dof_b, coefficients, compliance, line_a, line_b, backlash)  # type: ignore[arg-type]
-        return self._append("coupling", self._couplings, coupling)
+        return self.add(coupling)
 
     def set_motor(self, joint: int | str, motor: Motor, *, dof: int = 0) -> None:
         """Give a joint's degree of freedom a motor, in place of the one that it has.
@@ -322,7 +267,7 @@ class ModelBuilder(PartBuilder):
         Where motor.max_effort is infinite, that of the present one stays: URDF's <limit effort>.
         """
         j = self._index("joint", joint)
-        former = self._joints[j]
+        former = self._parts.joints[j]
         who = f'set_motor: joint "{former.name}"'
         if not isinstance(motor, Motor):
             raise InputError(f'{who}: motor is {shown(motor)}; give a Motor, as Motor("position", kp=100)')
@@ -335,32 +280,32 @@ class ModelBuilder(PartBuilder):
             motor = replace(motor, max_effort=former.dofs[dof].motor.max_effort)
         dofs = list(former.dofs)
         dofs[dof] = replace(dofs[dof], motor=motor)
-        self._joints[j] = changed(former, dofs=tuple(dofs))
+        self._parts.joints[j] = changed(former, dofs=tuple(dofs))
 
     def set_pair_material(self, geom_a: int | str, geom_b: int | str, material: Material) -> None:
         """Give the contact of two geoms a material of its own, in place of what their materials make."""
         a, b = self._index("geom", geom_a), self._index("geom", geom_b)
-        with about(f'pair "{self._geoms[a].name}", "{self._geoms[b].name}"'):
+        geoms = [self._parts.geoms[i] for i in (a, b)]
+        with about(f'pair "{geoms[0].name}", "{geoms[1].name}"'):
             pair = PairMaterial(a, b, material)
-            if material.friction_across is not None and not any(
-                self._geoms[i].friction_direction for i in (a, b)
-            ):
+            if material.friction_across is not None and not any(geom.friction_direction for geom in geoms):
                 raise InputError("friction_across needs a friction_direction of one of the two geoms")
-        self._pair_materials.append(pair)
+        self._append(pair)
 
     def exclude(self, body_a: int | str | None, body_b: int | str | None) -> None:
         """Let two bodies or links never touch."""
-        (a, _, link_a), (b, _, link_b) = self._place(body_a), self._place(body_b)
+        (a, _, link_a), (b, _, link_b) = (self._mount(body, OWN) for body in (body_a, body_b))
         if a == b:
             raise InputError("exclude: a body never touches itself; give two bodies")
         if link_a == link_b == OWN:
-            self._excluded_bodies.append((a, b))
+            self._parts.excluded_bodies.append((a, b))
             return
+        geoms = list(enumerate(self._parts.geoms))
         on = [
-            [g for g, geom in enumerate(self._geoms) if geom.body == body and link in (OWN, geom.link)]
+            [g for g, geom in geoms if geom.body == body and link in (OWN, geom.link)]
             for body, link in ((a, link_a), (b, link_b))
         ]
-        self._excluded_geoms += product(*on)
+        self._parts.excluded_geoms += product(*on)
 
     def add_bond(
         self,
@@ -378,15 +323,14 @@ class ModelBuilder(PartBuilder):
         as a body is the world. tension: N. opening: distance of the two sides at which it breaks (m).
         Returns the index of the bond. The bodies need geoms that touch there: they bear the pull.
         """
-        a, b = self._place(body_a)[0], self._place(body_b)[0]
+        a, b = (self._mount(body, OWN)[0] for body in (body_a, body_b))
         if a == b:
             raise InputError("add_bond: a body needs no bond to itself; give two bodies")
-        poses = [ORIGIN if i == WORLD else self._bodies[i].pose for i in (a, b)]
+        poses = [ORIGIN if i == WORLD else self._parts.bodies[i].pose for i in (a, b)]
         place = vector3("add_bond: point", point)
         axis = rotate(conjugate(poses[1].rotation), unit_vector("add_bond: normal", normal))
         ends = [pose.inverse()(place) for pose in poses]
-        self._bonds.append(Bond(a, b, *ends, axis, tension, opening))
-        return len(self._bonds) - 1
+        return self._append(Bond(a, b, *ends, axis, tension, opening))
 
     def add_floor(
         self, *, height: float = 0.0, material: Material | None = None, name: str | None = None
@@ -406,57 +350,119 @@ class ModelBuilder(PartBuilder):
             mask=EVERYTHING,
         )
 
+    def add_model(
+        self,
+        model: Model,
+        *,
+        position: Numbers = (0.0, 0.0, 0.0),
+        orientation: Numbers = IDENTITY,
+        prefix: str = "",
+        parent: int | str | None = None,
+        on: str | None = None,
+    ) -> Added:
+        """Add all parts of a model: bodies, geoms, joints, tendons, couplings, actuators, materials,
+        keyframes.
+
+        position, orientation: of the model's world in the world of the builder, or in the frame of `parent`
+        (m; unit quaternion w, x, y, z).
+        prefix: in front of all its names. Keyframes of the same name become one; where a part has none of
+        that name, it stands as at the start.
+        parent: the body or link that takes the place of the model's world: what was fixed or jointed to it is
+        so to the parent, and what was free is held by a fixed joint of its first body.
+        on: the geom or body of the builder on which the model stands: position[2] is then measured from
+        the highest point there to the lowest of its shapes, both at the initial poses.
+
+        Gravity, friction rule and fluid are those of the builder; so is `trees`, unless it is None there.
+        Returns the indices that the parts got.
+        """
+        if not isinstance(model, Model):
+            raise no_model("add_model: model", model)
+        if not isinstance(prefix, str):
+            raise InputError(f"add_model: prefix is {shown(prefix)}; give a string")
+        if on is not None and parent is not None:
+            raise InputError("add_model: on and parent are both given; keep one of them")
+        place = Transform.named("add_model", position, orientation)
+        if on is not None:
+            place = changed(place, position=add(place.position, (0.0, 0.0, self._rise(model, place, on))))
+        carrier, frame, link = self._mount(parent, OWN)
+        place = place if frame is None else frame @ place
+        holder = None if carrier == WORLD else self._parts.bodies[carrier]
+        carries = holder is not None and holder.motion != "static"
+        seat = Seat(carrier, place, place if holder is None else holder.pose @ place, carries, link)
+        parts, added = parts_of(model, seat, prefix, self._parts, self._holding_name)
+        self._require_new(parts)
+        if holder is not None and carries:
+            for geom in parts.geoms:
+                if geom.body == carrier:
+                    require_movable(f'geom "{geom.name}" of body "{holder.name}"', geom.shape, holder.motion)
+        self._take(parts)
+        if self._trees is None and model.trees != "none":
+            self._trees = model.trees
+        return added
+
     def build(self) -> Model:
         """The model of all that was added, checked as a whole. The builder can go on and build again."""
-        for body in self._bodies:
+        for body in self._parts.bodies:
             if body.motion == "dynamic" and body.mass == 0:
                 raise InputError(
                     f'body "{body.name}" is dynamic but has no mass: give mass= and inertia=, a shape with '
                     'density= or mass=, or motion="static"'
                 )
-        lists = {name: tuple(getattr(self, f"_{name}")) for name in (*NAMED.values(), *NAMELESS, "unread")}
+        lists = {name: tuple(things) for name, things in self._parts.lists().items()}
         model = Model(
             self._gravity, self._friction_rule, fluid=self._fluid, trees=self._trees or "none", **lists
         )
-        keyframes = tuple(whole_keyframe(name, model, parts) for name, parts in self._keyframes.items())
-        return changed(model, keyframes=keyframes)
+        keyframes = (whole_keyframe(name, model, parts) for name, parts in self._parts.keyframes.items())
+        return changed(model, keyframes=tuple(keyframes))
 
-    def _body(self, body: int | str | None) -> int:
-        return (
-            WORLD
-            if body is None or (isinstance(body, str) and body == "world")
-            else self._index("body", body)
-        )
-
-    def _index(self, kind: str, key: object) -> int:
-        names = self._names[kind]
-        if isinstance(key, str) and key in names:
-            return names[key]
-        return index_of(kind, key, tuple(names))
-
-    def _new_name(self, kind: str, name: str | None) -> str:
-        names = self._names[kind]
-        if name is None:
-            number = len(names)
-            while f"{kind}{number}" in names:
-                number += 1
-            return f"{kind}{number}"
-        if not isinstance(name, str) or not name or name == "world":
-            raise InputError(f'{kind} name {shown(name)}: give a string that is not empty and not "world"')
-        if len(name) > LONGEST_NAME:
-            raise InputError(f"{kind} name {shown(name)}: give one of at most {LONGEST_NAME} characters")
-        if any("\ud800" <= c <= "\udfff" for c in name):
+    def _rise(self, model: Model, place: Transform, on: str) -> float:
+        """How far up a model must go to stand on a geom or body."""
+        if not isinstance(on, str):
+            raise InputError(f"add_model: on is {shown(on)}; give the name of a geom or body")
+        if on in self._names["geom"]:
+            below = [self._parts.geoms[self._names["geom"][on]]]
+        elif on in self._names["body"]:
+            below = [geom for geom in self._parts.geoms if geom.body == self._names["body"][on]]
+        else:
+            raise InputError(f'add_model: on="{on}" is no geom or body of the builder; add it first')
+        turned = [changed(b, pose=Transform((0, 0, 0), place.rotation) @ b.pose) for b in model.bodies]
+        rise = top(below, self._parts.bodies) - bottom(model.geoms, turned)
+        if not math.isfinite(rise):
             raise InputError(
-                f"{kind} name {shown(name)}: it has an unpaired surrogate, half of a character; remove it"
+                f'add_model: on="{on}" needs shapes on both that can touch; give position instead'
             )
-        if name in names or (kind == "body" and name in self._names["link"]):
-            raise InputError(f'there is a {kind} "{name}" already; names must be unique')
+        return rise
+
+    def _holding_name(self, body: str) -> str:
+        name = f"{body}_mount"
+        while name in self._names["joint"]:
+            name += "_"
         return name
 
-    def _append(self, kind: str, things: list[Any], thing: Any) -> int:
-        self._names[kind][thing.name] = len(things)
-        things.append(thing)
-        return len(things) - 1
+    def _require_new(self, parts: Parts) -> None:
+        """Nothing may be added when a name is taken."""
+        added = {kind: getattr(parts, name) for kind, name in NAMED.items()}
+        added["link"] = [*parts.bodies, *parts.links]
+        for kind, things in added.items():
+            known = dict(self._names[kind])
+            if kind in ("body", "link"):
+                known |= self._names["body"] | self._names["link"]
+            for thing in things:
+                if thing.name in known or thing.name == "world":
+                    raise InputError(
+                        f'add_model: there is a {kind} "{thing.name}" already; give the model a prefix='
+                    )
+                known[thing.name] = 0
+
+    def _take(self, parts: Parts) -> None:
+        for name, things in parts.lists().items():
+            if name in NAMED.values():
+                for thing in things:
+                    self._append(thing)
+            else:
+                getattr(self._parts, name).extend(things)
+        for name, keyframes in parts.keyframes.items():
+            self._parts.keyframes.setdefault(name, []).extend(keyframes)
 
 
 @guided
@@ -496,6 +502,13 @@ def _mass_properties(
         "centre_of_mass": None if centre is None else vector3(f"{who}: centre_of_mass", centre),
     }
     return MassProperties.of(_core.solid_of(who, **given))
+
+
+def _add_mass(things: list[Any], index: int, solid: MassProperties) -> None:
+    """Adds the mass of a solid to a body or link of a list."""
+    former = things[index]
+    solid = MassProperties(former.mass, former.centre_of_mass, former.inertia) + solid
+    things[index] = changed(former, **vars(solid))
 
 
 def _or_default(material: Material | None) -> Material:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .. import _core
 from ..checks import changed
-from .drives import Actuator, PathElement, Tendon, Transmission
+from .collection import LISTS, NAMED, KeyframePart, Parts
 from .links import Link
 from .model import Model
-from .parts import OWN, WORLD, Body, Bond, Coupling, FluidBox, Geom, Joint, PairMaterial
+from .parts import OWN, WORLD, Body, Bond, Geom, Joint
 from .presets import Keyframe
-from .sensing import Sensor, Site
+from .references import Place, rewired
+from .sensing import Sensor
 from .shapes import Plane
-from .transforms import IDENTITY, ORIGIN, Transform, multiply, rotate
-from .visuals import Visual
+from .transforms import ORIGIN, Transform, multiply, rotate
 
-T = TypeVar("T", Body, Geom, Joint, Coupling, Tendon, Actuator, Site, Sensor, Link)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -51,261 +51,108 @@ class Seat:
     """the link of the parent that takes the place of the world, of the builder"""
 
 
-NAMED = {
-    "body": "bodies", "geom": "geoms", "joint": "joints", "coupling": "couplings", "site": "sites",
-    "sensor": "sensors", "tendon": "tendons", "actuator": "actuators", "link": "links",
-}  # fmt: skip
-"""Kinds of parts that have names, and their lists in `Parts`, in `Model` and, after a _, in the builder."""
-NAMELESS = ("pair_materials", "excluded_bodies", "excluded_geoms", "fluid_boxes", "bonds", "visuals")
-"""Lists of the others."""
-
-
-@dataclass(frozen=True)
-class Counts:
-    """Numbers of parts of the builder before the model was added."""
-
-    bodies: int
-    geoms: int
-    joints: int
-    couplings: int
-    tendons: int
-    actuators: int
-    links: int
-    dofs: int
-
-
-@dataclass(frozen=True)
-class Parts:
-    """The parts that a model adds to a builder; indices are those of the builder, after its former parts."""
-
-    bodies: list[Body]
-    geoms: list[Geom]
-    joints: list[Joint]
-    couplings: list[Coupling]
-    pair_materials: list[PairMaterial]
-    excluded_bodies: list[tuple[int, int]]
-    excluded_geoms: list[tuple[int, int]]
-    fluid_boxes: list[FluidBox]
-    bonds: list[Bond]
-    tendons: list[Tendon]
-    actuators: list[Actuator]
-    keyframes: dict[str, KeyframePart]
-    sites: list[Site]
-    sensors: list[Sensor]
-    visuals: list[Visual]
-    links: list[Link]
-    added: Added
-
-
-@dataclass(frozen=True)
-class KeyframePart:
-    """The keyframe of a model for the bodies and degrees of freedom that came from it."""
-
-    bodies: tuple[int, ...]
-    first_dof: int
-    first_actuator: int
-    actuators: int
-    """how many"""
-    motors: Mapping[int, float]
-    """controls of motors by degree of freedom, of all joints together"""
-    keyframe: Keyframe
+TURNED = {
+    Geom: ("body", ("surface_velocity", "surface_spin", "friction_direction")),
+    Bond: ("body_b", ("normal",)),
+}
+"""Vectors of parts, in the axes of the body that the first field names."""
 
 
 class Move:
     """How indices and frames of a model change on its way into a builder."""
 
-    def __init__(self, model: Model, seat: Seat, before: Counts) -> None:
+    def __init__(self, model: Model, seat: Seat, before: Parts) -> None:
         merged = merged_bodies(model, seat)
-        self.before = before
+        self.first = {kind: len(getattr(before, name)) for kind, name in NAMED.items()}
+        """how many of each kind the builder had"""
+        self.first_dof = sum(len(joint.dofs) for joint in before.joints)
         self.seat = seat
-        self.parts = {b: before.links + len(model.links) + i for i, b in enumerate(sorted(merged))}
+        self.parts = {b: self.first["link"] + len(model.links) + i for i, b in enumerate(sorted(merged))}
         """the links that merged bodies become"""
         self.kept = [b for b in range(len(model.bodies)) if b not in merged]
         """the bodies of the model that stay bodies"""
         self.where = {WORLD: seat.frame, **{b: seat.frame @ model.bodies[b].pose for b in merged}}
         """the frames, in the parent, of what becomes part of it"""
-        self.index = {b: before.bodies + i for i, b in enumerate(self.kept)}
-        self.index |= dict.fromkeys(self.where, seat.parent)
+        self.body = {b: self.first["body"] + i for i, b in enumerate(self.kept)}
+        self.body |= dict.fromkeys(self.where, seat.parent)
 
-    def frame(self, body: int, local: Transform) -> Transform:
-        return self.where[body] @ local if body in self.where else local
-
-    def link_index(self, body: int, link: int) -> int:
-        """Where a link of a body goes, or what the body is without its links."""
+    def place(self, body: int, link: int) -> Place:
+        """Where a body and a link of it go; without a link, what the body is without its links."""
         if link != OWN:
-            return self.before.links + link
-        return self.seat.link if body == WORLD else self.parts.get(body, OWN)
+            link += self.first["link"]
+        else:
+            link = self.seat.link if body == WORLD else self.parts.get(body, OWN)
+        return self.body[body], self.where.get(body), link
 
-    def link(self, link: Link) -> Link:
-        return changed(
-            link,
-            body=self.index[link.body],
-            frame=self.frame(link.body, link.frame),
-            carrier=self.link_index(link.body, link.carrier),
-        )
+    def index(self, kind: str, index: int) -> int:
+        return index if index < 0 else self.first[kind] + index
+
+    def moved(self, things: Iterable[T], prefix: str = "") -> list[T]:
+        """Parts with the references that they have in the builder, and their names after the prefix."""
+        return named(prefix, (self.turned(thing, rewired(thing, self.place, self.index)) for thing in things))
+
+    def turned(self, former: T, part: T) -> T:
+        """The part with its vectors turned as its body was."""
+        body, vectors = TURNED.get(type(part), ("", ()))
+        if not body or getattr(former, body) not in self.where:
+            return part
+        turn = self.where[getattr(former, body)].rotation
+        given = {name: getattr(part, name) for name in vectors}
+        return changed(part, **{name: value and rotate(turn, value) for name, value in given.items()})
 
     def part(self, b: int, body: Body, joint: str) -> Link:
         """The link that a merged body becomes."""
         return Link(body.name, self.seat.parent, self.where[b], carrier=self.seat.link, joint=joint)
 
-    def geom(self, geom: Geom) -> Geom:
-        link = self.link_index(geom.body, geom.link)
-        moved = changed(geom, body=self.index[geom.body], link=link)
-        if geom.body not in self.where:
-            return moved
-        turn = self.where[geom.body].rotation
-        along = geom.friction_direction
-        return changed(
-            moved,
-            frame=self.frame(geom.body, geom.frame),
-            surface_velocity=rotate(turn, geom.surface_velocity),
-            surface_spin=rotate(turn, geom.surface_spin),
-            friction_direction=along and rotate(turn, along),
-        )
-
-    def visual(self, visual: Visual) -> Visual:
-        frame = self.frame(visual.body, visual.frame)
-        link = self.link_index(visual.body, visual.link)
-        return changed(visual, body=self.index[visual.body], frame=frame, link=link)
-
-    def joint(self, joint: Joint) -> Joint:
-        return changed(
-            joint,
-            body_a=self.index[joint.body_a],
-            body_b=self.index[joint.body_b],
-            frame_a=self.frame(joint.body_a, joint.frame_a),
-            frame_b=self.frame(joint.body_b, joint.frame_b),
-            link_a=self.link_index(joint.body_a, joint.link_a),
-            link_b=self.link_index(joint.body_b, joint.link_b),
-        )
-
-    def site(self, site: Site) -> Site:
-        return changed(site, body=self.index[site.body], frame=self.frame(site.body, site.frame))
-
-    def sensor(self, sensor: Sensor, prefix: str) -> Sensor:
-        there = sensor.reference
+    def sensor(self, former: Sensor, sensor: Sensor, prefix: str) -> Sensor:
+        """The sensor with the names and the lists of bodies and links that it has in the builder."""
+        links = [self.first["link"] + k for k in former.links]
+        links += [self.parts[b] for b in former.bodies if b in self.parts]
         return changed(
             sensor,
-            body=self.index[sensor.body],
-            frame=self.frame(sensor.body, sensor.frame),
-            reference=self.index.get(there, WORLD) if there is not None else None,
-            reference_frame=sensor.reference_frame
-            if there is None
-            else self.frame(there, sensor.reference_frame),
             source=sensor.source and prefix + sensor.source,
-            bodies=tuple(sorted(self.index[b] for b in sensor.bodies if b not in self.where)),
-            link=self.link_index(sensor.body, sensor.link),
-            links=tuple(
-                sorted(
-                    [self.before.links + k for k in sensor.links]
-                    + [self.parts[b] for b in sensor.bodies if b in self.parts]
-                )
-            ),
+            bodies=tuple(sorted(self.body[b] for b in former.bodies if b not in self.where)),
+            links=tuple(sorted(links)),
         )
 
-    def joint_index(self, joint: int) -> int:
-        return WORLD if joint == WORLD else self.before.joints + joint
 
-    def coupling(self, coupling: Coupling) -> Coupling:
-        a, b = map(self.joint_index, (coupling.joint_a, coupling.joint_b))
-        lines = map(self.tendon_index, (coupling.tendon_a, coupling.tendon_b))
-        return changed(
-            coupling, joint_a=a, joint_b=b, **dict(zip(("tendon_a", "tendon_b"), lines, strict=True))
-        )
-
-    def tendon_index(self, tendon: int) -> int:
-        return tendon if tendon < 0 else self.before.tendons + tendon
-
-    def stop(self, stop: PathElement) -> PathElement:
-        """A stop of a tendon's path, whose bodies may have become parts of others."""
-        side = stop.side and self.frame(stop.side_body, Transform(stop.side)).position
-        return changed(
-            stop,
-            body=self.index[stop.body],
-            frame=self.frame(stop.body, stop.frame),
-            side=side,
-            side_body=self.index[stop.side_body],
-        )
-
-    def tendon(self, tendon: Tendon) -> Tendon:
-        terms = tuple(changed(t, joint=self.joint_index(t.joint)) for t in tendon.terms)
-        return changed(tendon, terms=terms, path=tuple(map(self.stop, tendon.path)))
-
-    def actuator(self, actuator: Actuator) -> Actuator:
-        moved: Transmission = actuator.transmission
-        moved = changed(
-            moved,
-            joint=self.joint_index(moved.joint),
-            tendon=self.tendon_index(moved.tendon),
-            body=self.index[moved.body],
-            reference_body=self.index[moved.reference_body],
-            frame=self.frame(moved.body, moved.frame),
-            reference=self.frame(moved.reference_body, moved.reference),
-        )
-        return changed(actuator, transmission=moved)
-
-    def bond(self, bond: Bond) -> Bond:
-        a, b = (
-            self.frame(body, Transform(place)).position
-            for body, place in ((bond.body_a, bond.point_a), (bond.body_b, bond.point_b))
-        )
-        turn = self.where[bond.body_b].rotation if bond.body_b in self.where else IDENTITY
-        return changed(
-            bond, body_a=self.index[bond.body_a], body_b=self.index[bond.body_b], point_a=a, point_b=b,
-            normal=rotate(turn, bond.normal),
-        )  # fmt: skip
-
-    def pair(self, pair: PairMaterial) -> PairMaterial:
-        first = self.before.geoms
-        return changed(pair, geom_a=first + pair.geom_a, geom_b=first + pair.geom_b)
-
-
-def parts_of(model: Model, seat: Seat, prefix: str, before: Counts, new_name: Callable[[str], str]) -> Parts:
+def parts_of(
+    model: Model, seat: Seat, prefix: str, before: Parts, new_name: Callable[[str], str]
+) -> tuple[Parts, Added]:
     """The parts of a model in their seat. new_name: of the joint that fixes the body of this name."""
     move = Move(model, seat, before)
     mounts = [
-        hold(seat, new_name(prefix + model.bodies[b].name), model.bodies[b], move.index[b])
+        hold(seat, new_name(prefix + model.bodies[b].name), model.bodies[b], move.body[b])
         for b in held(model, seat)
         if b in move.kept
     ]
-    excluded = [(move.index[a], move.index[b]) for a, b in model.excluded_bodies]
-    links = [changed(link, joint=prefix + link.joint) for link in map(move.link, model.links)]
-    links += [move.part(b, model.bodies[b], new_name(prefix + model.bodies[b].name)) for b in move.parts]
-    return Parts(
-        bodies=named(prefix, (moved_body(model.bodies[b], seat) for b in move.kept)),
-        geoms=named(prefix, map(move.geom, model.geoms)),
-        joints=[*named(prefix, (with_dofs_named(prefix, move.joint(j)) for j in model.joints)), *mounts],
-        couplings=named(prefix, map(move.coupling, model.couplings)),
-        pair_materials=list(map(move.pair, model.pair_materials)),
-        excluded_bodies=[(a, b) for a, b in excluded if a != b],
-        excluded_geoms=[(before.geoms + a, before.geoms + b) for a, b in model.excluded_geoms],
-        fluid_boxes=[
-            replace(box, body=move.index[box.body], frame=move.frame(box.body, box.frame))
-            for box in model.fluid_boxes
-        ],
-        bonds=list(map(move.bond, model.bonds)),
-        tendons=named(prefix, map(move.tendon, model.tendons)),
-        actuators=named(prefix, map(move.actuator, model.actuators)),
-        keyframes={
-            prefix + keyframe.name: keyframe_part(model, keyframe, seat, move) for keyframe in model.keyframes
-        },
-        sites=named(prefix, map(move.site, model.sites)),
-        sensors=named(prefix, (move.sensor(sensor, prefix) for sensor in model.sensors)),
-        visuals=named(prefix, map(move.visual, model.visuals)),
-        links=named(prefix, links),
-        added=Added(
-            tuple(move.index[b] for b in range(len(model.bodies))),
-            range(before.geoms, before.geoms + len(model.geoms)),
-            range(before.joints, before.joints + len(model.joints) + len(mounts)),
-            range(before.couplings, before.couplings + len(model.couplings)),
-            range(before.tendons, before.tendons + len(model.tendons)),
-            range(before.actuators, before.actuators + len(model.actuators)),
-        ),
-    )
+    parts = Parts(**{
+        name: move.moved(getattr(model, name), prefix) for name in LISTS.values() if name != "bodies"
+    })  # fmt: skip
+    parts.bodies = named(prefix, (moved_body(model.bodies[b], seat) for b in move.kept))
+    parts.links = [changed(link, joint=prefix + link.joint) for link in parts.links]
+    for b in move.parts:
+        parts.links += named(prefix, [move.part(b, model.bodies[b], new_name(prefix + model.bodies[b].name))])
+    parts.joints = [*(with_dofs_named(prefix, joint) for joint in parts.joints), *mounts]
+    pairs = zip(model.sensors, parts.sensors, strict=True)
+    parts.sensors = [move.sensor(former, sensor, prefix) for former, sensor in pairs]
+    excluded = ((move.body[a], move.body[b]) for a, b in model.excluded_bodies)
+    parts.excluded_bodies = [(a, b) for a, b in excluded if a != b]
+    first = move.first["geom"]
+    parts.excluded_geoms = [(first + a, first + b) for a, b in model.excluded_geoms]
+    parts.unread = list(model.unread)
+    for keyframe in model.keyframes:
+        parts.keyframes[prefix + keyframe.name] = [keyframe_part(model, keyframe, seat, move)]
+    ranges = {
+        name: range(move.first[kind], move.first[kind] + len(getattr(parts, name)))
+        for kind, name in NAMED.items()
+        if name in ("geoms", "joints", "couplings", "tendons", "actuators")
+    }
+    return parts, Added(tuple(move.body[b] for b in range(len(model.bodies))), **ranges)
 
 
-def named(prefix: str, things: Iterable[T]) -> list[T]:
-    return [changed(thing, name=prefix + thing.name) if prefix else thing for thing in things]
+def named(prefix: str, things: Iterable[Any]) -> list[Any]:
+    return [changed(t, name=prefix + t.name) if prefix and hasattr(t, "name") else t for t in things]
 
 
 def with_dofs_named(prefix: str, joint: Joint) -> Joint:
@@ -376,14 +223,14 @@ def keyframe_part(model: Model, keyframe: Keyframe, seat: Seat, move: Move) -> K
         linear_velocities=tuple(rotate(turn, keyframe.linear_velocities[b]) for b in move.kept),
         angular_velocities=tuple(rotate(turn, keyframe.angular_velocities[b]) for b in move.kept),
     )
-    first = move.before.dofs
+    first = move.first_dof
     motors = {
         first + model.core.first_dof(joint) + dof: control
         for (actuator, joint, dof), control in zip(model.core.controls, keyframe.controls, strict=False)
         if actuator < 0
     }
-    bodies = tuple(move.index[b] for b in move.kept)
-    return KeyframePart(bodies, first, move.before.actuators, len(model.actuators), motors, moved)
+    bodies = tuple(move.body[b] for b in move.kept)
+    return KeyframePart(bodies, first, move.first["actuator"], len(model.actuators), motors, moved)
 
 
 def whole_keyframe(name: str, model: Model, parts: Sequence[KeyframePart]) -> Keyframe:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from ..checks import Numbers, Vector3, about, number, one_or_two, sequence, shown, vector3
@@ -13,7 +11,6 @@ from ..guidance import guided
 from .drives import Actuator, PathElement, Tendon, TendonTerm, Transmission, law
 from .joint_builder import JointBuilder
 from .joint_options import Limits, bounds
-from .parts import OWN, WORLD, Joint
 from .transforms import IDENTITY, ORIGIN, Transform
 
 Joints = Mapping[int | str, float] | Sequence[TendonTerm]
@@ -22,37 +19,7 @@ Path = Sequence[PathElement | tuple[int | str | None, Numbers]]
 
 @guided
 class DriveBuilder(JointBuilder):
-    """Builder functions for tendons and actuators, and for parts as a whole."""
-
-    _tendons: list[Tendon]
-    _actuators: list[Actuator]
-
-    def add(self, part: Joint | Tendon | Actuator) -> int:
-        """Add a joint, tendon or actuator as a whole and return its index.
-
-        Bodies, joints and tendons in it are indices or names. A part without a name gets one.
-
-        >>> builder = ModelBuilder()
-        >>> arm = builder.add_body("arm", shape=shapes.Capsule(0.02, 0.3), mass=1)
-        >>> hinge = builder.add(Joint("elbow", body_a="arm", body_b="world", dofs=[Dof()]))
-        >>> drive = builder.add(parts.Actuator("drive", parts.Transmission(joint="elbow", gear=50)))
-        >>> builder.build().actuator_names
-        ('drive',)
-        """
-        if isinstance(part, Joint):
-            return self.add_joint(part)
-        if isinstance(part, Tendon):
-            name = self._new_name("tendon", part.name or None)
-            with about(f'tendon "{name}"'):
-                terms, path = map(self._term, part.terms), map(self._stop, part.path)
-                tendon = replace(part, name=name, terms=tuple(terms), path=tuple(path))
-            return self._append("tendon", self._tendons, tendon)
-        if not isinstance(part, Actuator):
-            raise InputError(f"add: {shown(part)} is no part; give a Joint, Tendon or Actuator")
-        name = self._new_name("actuator", part.name or None)
-        with about(f'actuator "{name}"'):
-            actuator = replace(part, name=name, transmission=self._placed(part.transmission))
-        return self._append("actuator", self._actuators, actuator)
+    """The functions for tendons and actuators."""
 
     def add_tendon(
         self,
@@ -89,17 +56,6 @@ class DriveBuilder(JointBuilder):
             both = {"lower": lower, "upper": upper, "rest_lower": rest_lower, "rest_upper": rest_upper}
             tendon = Tendon(name, terms, stops, **(both | fields))
         return self.add(tendon)
-
-    def _term(self, term: TendonTerm) -> TendonTerm:
-        index = self._index("joint", term.joint)
-        self._require_dof(index, term.dof)
-        return replace(term, joint=index)
-
-    def _stop(self, stop: PathElement) -> PathElement:
-        body, frame = self._carried(stop.body, stop.frame)
-        side_body, at = self._carried(stop.side_body, Transform(stop.side or (0.0, 0.0, 0.0)))
-        side = stop.side and at.position
-        return replace(stop, body=body, frame=frame, side_body=side_body, side=side)
 
     def add_actuator(
         self,
@@ -140,31 +96,6 @@ class DriveBuilder(JointBuilder):
             through = transmission or _transmission(*given.popitem(), fields)
             actuator = Actuator(name, through, **_law(law, kp, kd, gain, bias), **(limits | fields))
         return self.add(actuator)
-
-    def _placed(self, t: Transmission) -> Transmission:
-        """The transmission with indices."""
-        if t.kind == "dof":
-            joint = self._index("joint", t.joint)
-            self._require_dof(joint, t.dof)
-            return replace(t, joint=joint)
-        if t.kind == "tendon":
-            return replace(t, tendon=self._index("tendon", t.tendon))
-        index, frame = self._carried(t.body, t.frame)
-        other, reference = self._carried(t.reference_body, t.reference)
-        return replace(t, body=index, frame=frame, reference_body=other, reference=reference)
-
-    def _carried(self, body: int | str | None, frame: Transform) -> tuple[int, Transform]:
-        """The body of what is on a body or link, by default the world, and its frame there."""
-        index, inner, link = self._place(None if type(body) is int and body == WORLD else body)
-        return index, frame if link == OWN else inner @ frame
-
-    def _require_dof(self, joint: int, dof: object) -> None:
-        if not (type(dof) is int and 0 <= dof < len(self._joints[joint].dofs)):
-            raise InputError(f'joint "{self._joints[joint].name}" has no degree of freedom {shown(dof)}')
-
-    @abstractmethod
-    def _index(self, kind: str, key: object) -> int:
-        """The index of a thing given by index or name."""
 
 
 def _terms(joints: Joints) -> tuple[TendonTerm, ...]:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, Unpack
 
 from .. import _core, checks
 from ..checks import Numbers, about, changed, number, shown, unit_vector
 from ..errors import InputError
 from ..guidance import guided
+from .collection import Collection
 from .compiled import Parts
 from .joint_options import (
     BallOptions,
     DofOptions,
-    DofsOptions,
     JointOptions,
     Limits,
     ball_dof,
@@ -24,18 +24,22 @@ from .joint_options import (
     joint_fields,
     require_options,
 )
-from .parts import OWN, WORLD, Body, Joint
-from .transforms import ORIGIN, Transform
+from .parts import OWN, WORLD, Joint
+from .references import Place
+from .transforms import ORIGIN
 
-Place = tuple[int, Transform, int]
-"""A body, and the frame and index of one of its links; ORIGIN and OWN of the body itself."""
-CLEARANCE = ("clearance", "guide_length", "journal_radius", "clearance_friction")
+Key = int | str
+"""A body or link by index or name."""
+CHECKS = {"point": checks.point, "point_a": checks.point, "point_b": checks.point} | dict.fromkeys(
+    ("length", "clearance", "guide_length", "journal_radius", "clearance_friction"), number
+)
+"""Those of arguments that are no directions."""
 AXES = {"normal": "axis", "axis_1": "axis"}
 """Other names of what is the axis of the compiled builder."""
 
 
 @guided
-class JointBuilder(ABC):
+class JointBuilder(Collection):
     """The add_*_joint functions: points and axes in world coordinates at the initial poses of the bodies.
 
     Every joint moves body A relative to body B; b=None is the world. Coordinates are zero at the initial
@@ -47,16 +51,8 @@ class JointBuilder(ABC):
     value for all of them, or a sequence with one per degree of freedom.
     """
 
-    _bodies: list[Body]
-    _joints: list[Joint]
-
     def add_ball_joint(
-        self,
-        a: int | str,
-        b: int | str | None = None,
-        *,
-        point: Numbers,
-        **options: Unpack[BallOptions],
+        self, a: Key, b: Key | None = None, *, point: Numbers, **options: Unpack[BallOptions]
     ) -> int:
         """A point of A stays on a point of B; they turn freely about it.
 
@@ -69,12 +65,12 @@ class JointBuilder(ABC):
         >>> builder.build().joints[joint].name
         'joint0'
         """
-        return self._add("ball", a, b, options, BallOptions, point=point)
+        return self._add("ball", BallOptions, locals())
 
     def add_revolute_joint(
         self,
-        a: int | str,
-        b: int | str | None = None,
+        a: Key,
+        b: Key | None = None,
         *,
         point: Numbers,
         axis: Numbers,
@@ -96,17 +92,12 @@ class JointBuilder(ABC):
         >>> Simulation(builder.build(), dt=5e-3).kinematics.coordinate("hinge")
         0.0
         """
-        clearance_fields = {
-            "clearance": clearance,
-            "journal_radius": journal_radius,
-            "clearance_friction": clearance_friction,
-        }
-        return self._add("revolute", a, b, options, DofOptions, point=point, axis=axis, **clearance_fields)
+        return self._add("revolute", DofOptions, locals())
 
     def add_prismatic_joint(
         self,
-        a: int | str,
-        b: int | str | None = None,
+        a: Key,
+        b: Key | None = None,
         *,
         axis: Numbers,
         point: Numbers | None = None,
@@ -123,85 +114,61 @@ class JointBuilder(ABC):
         Coordinate 0 is then the displacement, with the options, 1 that across (m), 2 the tilt (rad).
         clearance_friction: mu between slider and guide.
         """
-        clearance_fields = {
-            "clearance": clearance,
-            "guide_length": guide_length,
-            "clearance_friction": clearance_friction,
-        }
-        given = {"point": point, "axis": axis, "guide_normal": guide_normal, **clearance_fields}
-        return self._add("prismatic", a, b, options, DofOptions, **given)
+        return self._add("prismatic", DofOptions, locals())
 
     def add_cylindrical_joint(
-        self,
-        a: int | str,
-        b: int | str | None = None,
-        *,
-        point: Numbers,
-        axis: Numbers,
-        **options: Unpack[DofsOptions],
+        self, a: Key, b: Key | None = None, *, point: Numbers, axis: Numbers, **options: Unpack[DofOptions]
     ) -> int:
         """A moves along the axis (degree of freedom 0, m) and turns about it (1, rad)."""
-        return self._add("cylindrical", a, b, options, DofsOptions, point=point, axis=axis)
+        return self._add("cylindrical", DofOptions, locals())
 
     def add_universal_joint(
         self,
-        a: int | str,
-        b: int | str | None = None,
+        a: Key,
+        b: Key | None = None,
         *,
         point: Numbers,
         axis_1: Numbers,
         axis_2: Numbers,
-        **options: Unpack[DofsOptions],
+        **options: Unpack[DofOptions],
     ) -> int:
         """A cross: A turns about axis_2, fixed in A, which turns about axis_1, fixed in B (angles, rad).
 
         The axes need not be perpendicular, but they must not be parallel.
         """
-        axes = {"axis_1": axis_1, "axis_2": axis_2}
-        return self._add("universal", a, b, options, DofsOptions, point=point, **axes)
+        return self._add("universal", DofOptions, locals())
 
     def add_planar_joint(
         self,
-        a: int | str,
-        b: int | str | None = None,
+        a: Key,
+        b: Key | None = None,
         *,
         normal: Numbers,
         point: Numbers | None = None,
-        **options: Unpack[DofsOptions],
+        **options: Unpack[DofOptions],
     ) -> int:
         """A point of A stays in a plane of B: slides 0 and 1 (m), then a hinge about its normal.
 
         point: of A, by default the origin of A. The slides complete the normal to a right-handed frame.
         """
-        return self._add("planar", a, b, options, DofsOptions, point=point, normal=normal)
+        return self._add("planar", DofOptions, locals())
 
     def add_fixed_joint(
-        self,
-        a: int | str,
-        b: int | str | None = None,
-        *,
-        point: Numbers | None = None,
-        **options: Unpack[JointOptions],
+        self, a: Key, b: Key | None = None, *, point: Numbers | None = None, **options: Unpack[JointOptions]
     ) -> int:
         """A weld. point: where reactions are reported, by default the origin of A."""
-        return self._add("fixed", a, b, options, JointOptions, point=point)
+        return self._add("fixed", JointOptions, locals())
 
     def add_point_on_line_joint(
-        self,
-        a: int | str,
-        b: int | str | None = None,
-        *,
-        point: Numbers,
-        axis: Numbers,
-        **options: Unpack[DofOptions],
+        self, a: Key, b: Key | None = None, *, point: Numbers, axis: Numbers, **options: Unpack[DofOptions]
     ) -> int:
         """A point of A stays on a line of B through its initial place; A turns freely about the point."""
-        return self._add("point_on_line", a, b, options, DofOptions, point=point, axis=axis)
+        return self._add("point_on_line", DofOptions, locals())
 
     def add_distance_joint(
         self,
-        a: int | str,
-        b: int | str | None = None,
+        a: Key,
+        b: Key | None = None,
         *,
         point_a: Numbers,
         point_b: Numbers,
@@ -213,109 +180,41 @@ class JointBuilder(ABC):
 
         length: m, by default the initial distance. limits: (shortest, longest), None for no bound.
         """
-        name = self._checked("add_distance_joint", options, JointOptions)
-        who = f'joint "{name}"'
-        points = checks.point(f"{who}: point_a", point_a), checks.point(f"{who}: point_b", point_b)
-        if limits is not None and length is not None:
-            raise InputError(f"{who}: length and limits are both given; keep one of them")
-        with about(who):
-            fields = joint_fields(options)
-            lower, upper = (None, None) if limits is None else bounds(limits)
-        if length is not None:
-            length = number(f"{who}: length", length)
-        if lower is not None:
-            lower = 0.0 if lower == -math.inf else number(f"{who}: shortest", lower)
-            upper = number(f"{who}: longest", upper, infinite=True)
-        ends, links = self._ends(who, a, b)
-        given = {"name": name, "point_a": points[0], "point_b": points[1], "length": length}
-        rod = _core.rod_between(*ends, Parts().make, **given, lower=lower, upper=upper)
-        return self._joined(rod, links, fields)
+        return self._add("distance", JointOptions, locals())
 
     def add_joint(self, joint: Joint) -> int:
         """Add a general joint; its bodies may be names, also of links, its frames are in them."""
         if not isinstance(joint, Joint):
             raise InputError(f"joint is {shown(joint)}; give a Joint")
-        name = self._new_name("joint", joint.name or None)
-        moved: dict[str, Any] = {}
-        for end, (body, inner, link) in zip(
-            "ab", self._both(f'joint "{name}"', joint.body_a, joint.body_b), strict=True
-        ):
-            moved[f"body_{end}"] = body
-            if link != OWN:
-                moved |= {f"frame_{end}": inner @ getattr(joint, f"frame_{end}"), f"link_{end}": link}
-        return self._append("joint", self._joints, changed(joint, name=name, **moved))
+        return self.add(joint)
 
-    def _checked(self, function: str, options: Mapping[str, Any], kind: Any) -> str:
-        """The name of a new joint, after a look at the options that were given."""
-        require_options(function, options, kind)
-        return self._new_name("joint", options.get("name"))
-
-    def _add(
-        self,
-        kind: str,
-        a: int | str,
-        b: int | str | None,
-        options: Mapping[str, Any],
-        known: Any,
-        **given: Any,
-    ) -> int:
-        """Adds a joint of a kind of the compiled builder, with points, axes and clearance in `given`."""
-        name = self._checked(f"add_{kind}_joint", options, known)
+    def _add(self, kind: str, known: Any, given: Mapping[str, Any]) -> int:
+        """Adds a joint of a kind of the compiled builder. given: the arguments of an add_*_joint function."""
+        a, b, options = given["a"], given["b"], given["options"]
+        require_options(f"add_{kind}_joint", options, known)
+        name = self._new_name("joint", options.get("name"))
         who = f'joint "{name}"'
         new: dict[str, Any] = {"name": name}
         for key, value in given.items():
-            if value is None:
-                continue
-            check = checks.point if key == "point" else number if key in CLEARANCE else unit_vector
-            new[AXES.get(key, key)] = check(f"{who}: {key}", value)
+            if key not in ("self", "a", "b", "limits", "options") and value is not None:
+                new[AXES.get(key, key)] = CHECKS.get(key, unit_vector)(f"{who}: {key}", value)
         with about(who):
             fields = joint_fields(options)
             if known is BallOptions:
                 new["dof"] = ball_dof(options)
-            else:
-                count = _core.dofs_of_kind(kind)
-                new["dofs"] = dofs_of(count, options)
-        ends, links = self._ends(who, a, b)
-        return self._joined(_core.joint_between(kind, *ends, Parts().make, **new), links, fields)
+            elif kind != "distance":
+                new["dofs"] = dofs_of(_core.dofs_of_kind(kind), options)
+            elif given["limits"] is not None:
+                lower, upper = bounds(given["limits"])
+                new["lower"] = 0.0 if lower == -math.inf else number("shortest", lower)
+                new["upper"] = number("longest", upper, infinite=True)
+            ends = [self._mount(body, OWN) for body in (a, b)]
+        self._require_two(who, ends[0][0], ends[1][0])
+        make = _core.rod_between if kind == "distance" else partial(_core.joint_between, kind)
+        joint = make(*map(self._end, ends), Parts().make, **new)
+        return self._append(changed(joint, link_a=ends[0][2], link_b=ends[1][2], **fields))
 
-    def _joined(self, joint: Joint, links: tuple[int, int], fields: Mapping[str, Any]) -> int:
-        """Adds a joint that the compiled builder made, with fields that are good."""
-        joint = changed(joint, link_a=links[0], link_b=links[1], **fields)
-        return self._append("joint", self._joints, joint)
-
-    def _ends(
-        self, who: str, a: int | str | None, b: int | str | None
-    ) -> tuple[tuple[_core.JointEnd, _core.JointEnd], tuple[int, int]]:
-        ends, links = [], []
-        for body, part, link in self._both(who, a, b):
-            pose = ORIGIN if body == WORLD else self._bodies[body].pose
-            frames = ((frame.position, frame.rotation) for frame in (pose, part))
-            ends.append(_core.JointEnd(body, *frames))
-            links.append(link)
-        return (ends[0], ends[1]), (links[0], links[1])
-
-    def _both(self, who: str, a: int | str | None, b: int | str | None) -> tuple[Place, Place]:
-        ends = []
-        for body in (a, b):
-            try:
-                ends.append(self._place(None if type(body) is int and body == WORLD else body))
-            except InputError as error:
-                raise InputError(f"{who}: {error}") from None
-        index = ends[0][0]
-        if index == WORLD:
-            raise InputError(f"{who}: body A must not be the world; swap the bodies")
-        if index == ends[1][0]:
-            raise InputError(f'{who} joins body "{self._bodies[index].name}" to itself; it needs two bodies')
-        return ends[0], ends[1]
-
-    @abstractmethod
-    def _place(self, body: int | str | None) -> Place:
-        """The body of a body or link given by index or name, the frame of the link in it, and the link."""
-
-    @abstractmethod
-    def _new_name(self, kind: str, name: str | None) -> str:
-        """The name, or one made up, that no other thing of its kind has."""
-
-    @abstractmethod
-    def _append(self, kind: str, things: list[Any], thing: Any) -> int:
-        """Adds a thing; returns its index."""
+    def _end(self, place: Place) -> _core.JointEnd:
+        body, frame, _ = place
+        pose = ORIGIN if body == WORLD else self._parts.bodies[body].pose
+        return _core.JointEnd(body, *((at.position, at.rotation) for at in (pose, frame or ORIGIN)))

@@ -41,26 +41,10 @@ class BallOptions(JointOptions, total=False):
 
 
 class DofOptions(JointOptions, total=False):
-    """Options of a joint of one degree of freedom: fields of `Dof`."""
+    """Options of degrees of freedom, fields of `Dof`: one value for all, or a sequence with one for each."""
 
-    limits: Limits
-    stiffness: float
-    rest: float
-    damping: float
-    friction: float
-    friction_static: float | None
-    stribeck_speed: float
-    armature: float
-    motor: Motor | None
-
-
-class DofsOptions(JointOptions, total=False):
-    """Options of a joint of several degrees of freedom: one value for all, or a sequence with one for
-    each.
-    """
-
-    limits: Sequence[Limits] | None
-    """a sequence of one (lower, upper) or None per degree of freedom"""
+    limits: Limits | Sequence[Limits]
+    """(lower, upper) or None; of several degrees of freedom a sequence of them"""
     stiffness: float | Numbers
     rest: float | Numbers
     damping: float | Numbers

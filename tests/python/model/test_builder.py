@@ -3,12 +3,13 @@
 import copy
 import math
 import pickle
+import re
 from dataclasses import replace
 
 import amontons
 import numpy as np
 import pytest
-from amontons import Dof, Joint, Material, ModelBuilder, Motor, Transform, shapes
+from amontons import Dof, Joint, Material, ModelBuilder, Motor, Transform, parts, shapes
 from amontons.model.transforms import axis_angle, rotate, rotation_matrix
 
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -229,6 +230,43 @@ def test_other_parts():
     assert model.pair_materials[0].material.friction == 0.1
     assert model.excluded_bodies == ((0, -1),)
     assert model.geom_names == ("geom0", "geom1")
+
+
+# Breaks when `add` takes a kind of part otherwise than its own function, or loses a reference by name.
+def test_parts_as_a_whole():
+    by_function, by_part = two_bodies(), two_bodies()
+    for builder in (by_function, by_part):
+        for name in ("x", "y"):
+            builder.add_revolute_joint("a", point=POINT, axis=AXIS, name=name)
+    at = Transform((0, 0, 1), TURNED)
+    here = dict(position=at.position, orientation=at.rotation)
+    by_function.add_geom("b", BOX, name="g", mask=3, **here)
+    by_function.add_visual("b", BOX, **here)
+    by_function.add_site(None, name="s", **here)
+    by_function.add_coupling("x", "y", name="c", compliance=1e-3)
+    by_part.add(parts.Geom("g", "b", at, shape=BOX, mask=3))
+    by_part.add(parts.Visual("", "b", at, shape=BOX))
+    by_part.add(parts.Site("s", "world", at))
+    assert by_part.add(parts.Coupling("c", "x", 0, "y", compliance=1e-3)) == 0
+    by_part.add(parts.PairMaterial("g", 0, Material()))
+    by_part.add(parts.Bond("a", None, (0, 0, 0), (1, 2, 3), (0, 0, 1), tension=1, opening=1))
+    made, expected = by_part.build(), by_function.build()
+    assert made.geoms == expected.geoms
+    assert made.visuals == expected.visuals
+    assert made.sites == expected.sites
+    assert made.couplings == expected.couplings
+    assert (made.bonds[0].body_a, made.bonds[0].body_b) == (0, -1)
+    for part, message in (
+        (BOX, "is no part; give one of Body, Geom"),
+        (parts.Geom("h", "c", shape=BOX), 'geom "h": there is no body "c"; known are a, b'),
+        (parts.Geom("h", "a", shape=shapes.Plane()), 'geom "h" of body "a": a Plane does not move'),
+        (parts.Coupling("d", "x", 1, "y"), 'coupling "d": joint "x" has no degree of freedom 1'),
+        (parts.Tendon("t", terms=[parts.TendonTerm(-1)]), 'tendon "t": there is no joint -1'),
+        (parts.Actuator("m", parts.Transmission("tendon")), 'actuator "m": there is no tendon -1'),
+    ):
+        with pytest.raises(amontons.InputError, match=re.escape(message)):
+            by_part.add(part)
+    assert by_part.build() == made
 
 
 # Breaks when coefficients or directions of friction do not arrive in the model and the contact. The steps are

@@ -252,7 +252,7 @@ def test_parts_as_a_whole():
     assert models[0] == models[1]
     with pytest.raises(InputError, match='actuator "lost": there is no joint "k"; known are j'):
         builder.add(Actuator("lost", Transmission(joint="k")))
-    with pytest.raises(InputError, match="give a Joint, Tendon or Actuator"):
+    with pytest.raises(InputError, match="is no part; give one of Body, Geom, Joint"):
         builder.add("drive")
 
 

@@ -284,7 +284,7 @@ class _Building:
     ) -> None:
         frame = place.inverse() @ scope.element_pose(e, name)
         found = surface(e, self.issues)
-        own = f"{self.builder._bodies[body].name}::{e.name}"
+        own = f"{self.builder._parts.bodies[body].name}::{e.name}"
         for number, (shape, inner) in enumerate(self.shapes.read(e, moves=moves)):
             at = frame @ inner
             direction = None if found.direction is None else rotate(frame.rotation, found.direction)

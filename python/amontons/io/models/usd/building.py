@@ -108,7 +108,7 @@ class Building:
     def colliders(self, prims: list[Any]) -> None:
         for prim in prims:
             path = self._body_of(prim)
-            body = self.builder._bodies[self.index[path]] if path else None
+            body = self.builder._parts.bodies[self.index[path]] if path else None
             frame = body.pose if body else ORIGIN
             moves = body is not None and body.motion == "dynamic"
             found = self.reader.read(prim, frame, moves=moves)
@@ -131,14 +131,14 @@ class Building:
 
     def masses(self) -> None:
         for path, index in self.index.items():
-            body, prim = self.builder._bodies[index], self.scene.stage.GetPrimAtPath(path)
+            body, prim = self.builder._parts.bodies[index], self.scene.stage.GetPrimAtPath(path)
             if body.motion != "dynamic":
                 continue
             solid, guessed = body_mass(self.scene, prim, self.scales[path], self.parts[path])
             if guessed:
                 self.guessed.append(f'"{body.name}" {solid.mass:.3g} kg')
             try:
-                self.builder._bodies[index] = replace(body, **vars(solid))
+                self.builder._parts.bodies[index] = replace(body, **vars(solid))
             except InputError as error:
                 raise self.scene.error(prim, error) from None
         if self.guessed:
@@ -179,7 +179,7 @@ class Building:
     def _part(self, ones: list[int], others: list[int]) -> None:
         for a in ones:
             for b in others:
-                if self.builder._geoms[a].body != self.builder._geoms[b].body:
+                if self.builder._parts.geoms[a].body != self.builder._parts.geoms[b].body:
                     self.apart.add((min(a, b), max(a, b)))
 
     def _groups(self, groups: list[Any]) -> None:

@@ -95,7 +95,7 @@ class Joints:
         self.made[str(prim.GetPath())] = index, {key: k for k, key in enumerate(dofs)}
 
     def _static(self, body: int) -> bool:
-        return body == WORLD or self.builder._bodies[body].motion == "static"
+        return body == WORLD or self.builder._parts.bodies[body].motion == "static"
 
     def _end(self, prim: Any, number: int) -> tuple[int, Transform]:
         """The body and the frame in it of one end; without a body it is the world."""
@@ -112,7 +112,7 @@ class Joints:
         body = self._carrier(targets[0])
         if body == WORLD:
             return WORLD, frame @ local
-        return body, self.builder._bodies[body].pose.inverse() @ frame @ local
+        return body, self.builder._parts.bodies[body].pose.inverse() @ frame @ local
 
     def _carrier(self, prim: Any) -> int:
         while prim and not prim.IsPseudoRoot():

@@ -68,14 +68,14 @@ class _Reader:
             return
         path = self.building._body_of(prim)
         body = self.building.index.get(path, WORLD)
-        frame = self.building.builder._bodies[body].pose if path else ORIGIN
+        frame = self.building.builder._parts.bodies[body].pose if path else ORIGIN
         try:
             shape, at = self._shape(prim, frame)
         except (InputError, ValueError, TypeError):
             return
         visual = Visual(prim.GetName(), body, at, shape=shape, colour=self._colour(prim))
         geom, _ = self.building.geoms.get(str(prim.GetPath()), (None, ""))
-        yield visual, None if geom is None else self.building.builder._geoms[geom]
+        yield visual, None if geom is None else self.building.builder._parts.geoms[geom]
 
     def _shape(self, prim: Any, frame: Transform) -> tuple[Shape | TriangleMesh, Transform]:
         if prim.GetTypeName() == "Mesh":
