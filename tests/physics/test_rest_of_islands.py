@@ -7,7 +7,7 @@ from pathlib import Path
 import amontons
 import numpy as np
 import pytest
-from amontons import Material, ModelBuilder, shapes
+from amontons import Material, ModelBuilder, scenes, shapes
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = Path(os.environ.get("AMONTONS_DATA", ROOT.parent / "shared" / "data")) / "robots"
@@ -110,3 +110,53 @@ def test_grains_fall_beside_one_that_rests():
     assert len(sim.contacts) == 4
     fallen = 5 - np.array(sim.state.positions)[1:, 2]
     np.testing.assert_allclose(fallen, 0.5 * 9.81 * sim.time**2, rtol=0.1)
+
+
+# Breaks when bodies that only touch each other stop in the air beside a scene at rest: the error of 400
+# grains is twice g h.
+def test_a_pair_falls_beside_a_scene_at_rest():
+    b = ModelBuilder()
+    b.add_floor()
+    for place in np.ndindex(20, 20):
+        b.add_body(position=(0.3 * place[0], 0.3 * place[1], 0.1), shape=shapes.Sphere(0.1), density=1e3)
+    for x in (0.0, 0.2):
+        b.add_body(position=(x, 0, 5), shape=shapes.Sphere(0.1), density=1e3)
+    sim = amontons.Simulation(b.build(), tolerance=0.1)
+    for _ in range(20):
+        sim.step()
+    fallen = 5 - np.array(sim.state.positions)[400:, 2]
+    np.testing.assert_allclose(fallen, 0.5 * 9.81 * sim.time**2, rtol=0.1)
+
+
+# Breaks when each of n bodies may have the velocity error of all together, 0.1 sqrt(100) g h: that stopped a
+# hundred boxes on ice at once.
+def test_boxes_glide_on_at_a_coarse_tolerance():
+    b = ModelBuilder()
+    ice = Material(friction=0)
+    b.add_floor(material=ice)
+    for place in np.ndindex(10, 10):
+        b.add_body(
+            position=(0.3 * place[0], 0.3 * place[1], 0.1),
+            linear_velocity=(0.04, 0, 0),
+            shape=shapes.Box((0.1, 0.1, 0.1)),
+            density=1e3,
+            material=ice,
+        )
+    sim = amontons.Simulation(b.build(), dt=1e-2, tolerance=0.1)
+    for _ in range(20):
+        sim.step()
+    np.testing.assert_allclose(sim.state.linear_velocities[:, 0], 0.04, rtol=1e-9)
+
+
+# Breaks when a heap comes to rest while it still settles: it stopped for good after 0.15 s.
+def test_a_heap_settles_at_a_coarse_tolerance():
+    settled = {}
+    for tolerance in (0.1, 1e-3):
+        sim = amontons.Simulation(scenes.spheres_in_box(count=100, mu=0.5), dt=1e-2, tolerance=tolerance)
+        heights = []
+        for _ in range(80):
+            sim.step()
+            heights.append(sim.state.positions[:, 2].mean())
+        settled[tolerance] = heights[19] - heights[-1]
+    # Velocities are right to the tolerance, and so is the way of a heap that goes on settling.
+    np.testing.assert_allclose(settled[0.1], settled[1e-3], rtol=0.1)

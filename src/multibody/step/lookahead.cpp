@@ -14,8 +14,7 @@ void solve(const StepSetting& step, const StepSolver& solver, const Observed& o,
   solve_beside(solver, posed, step.asleep, solved);
   solved.after = o.free;
   // If all stops, impulses are not needed.
-  if (!(solved.islands.all_rest() && solved.islands.slow))
-    apply_impulses(*posed.problem, solved.solution.x, solved.after);
+  if (!solved.islands.all_rest()) apply_impulses(*posed.problem, solved.solution.x, solved.after);
   stop_resting(step.model, posed.problem->graph.islands, solved.islands, solved.after);
   stop_asleep(step.asleep, solved.after);
   solver.clock.lap(&Timings::solve);

@@ -1,9 +1,12 @@
 // An island at rest has the same problem in each step, and the impulses of the last step solve it. The
-// residual r of an island bounds the velocity error of each of its bodies. The natural map of a block with p,
-// the mean of its diag(A), is the energy norm of its velocity error: v^2 / p. That of zero impulses is n (g
-// h)^2 / p for n equal bodies at rest. So v <= r sqrt(n) g h.
+// residual r of an island bounds the velocity errors of its bodies together. The natural map of a block with
+// p, the mean of its diag(A), is the energy norm of its velocity error: v^2 / p. That of zero impulses is n
+// (g h)^2 / p for n equal bodies at rest. So velocities in contacts are off by about r g h. Those of a body
+// add up along the contacts that carry it: with k independent errors v^2 is k (r g h)^2. An island rests if
+// the sum of v^2 over its bodies is at most that of such errors. Each body alone may be off by the error of
+// all. If each of n might, a heap of 3000 spheres would stop while it falls, at a tolerance of 0.1.
 //
-// A body that stops loses that velocity, and with it momentum. The scene as a whole may lose the error of a
+// A body that stops loses its velocity, and with it momentum. The scene as a whole may lose the error of a
 // start within the tolerance; if it did not, the errors of starts would add up. Beside other bodies that
 // move, momentum is kept to the rounding of a direct solve: the impulses of islands that iterations solve
 // change until they carry all loads (step/carry).
@@ -33,33 +36,41 @@ bool rests_any(const StepIslands& islands) {
   return std::any_of(islands.each.begin(), islands.each.end(), [](const Island& i) { return i.rests; });
 }
 
-bool is_slow(const BodyVelocity& v, double length, double slow) {
-  return norm(v.linear) <= slow && length * norm(v.angular) <= slow;
+double squared_speed(const BodyVelocity& v, double length) {
+  return norm_squared(v.linear) + length * length * norm_squared(v.angular);
 }
 
-// The speed of an error of 1, per island; returns that of all islands. The residual is a norm over all bodies
-// of an island: one of n equal bodies may have the whole error. Bodies without an island have none.
-double find_speeds(double fall, std::size_t bodies, const Islands& graph, std::size_t asleep,
-                   std::vector<Island>& each) {
-  auto all = static_cast<double>(asleep);
-  for (std::size_t i = 0; i < bodies; ++i)
-    if (const Index home = graph.of_body[i]; home >= 0) each[home].speed += 1;
-  for (Island& island : each) {
-    all += island.speed;
-    island.speed = fall * std::sqrt(island.speed);
+// How many contacts or joints carry each body above what impulses do not move, at least; 1 if none does.
+const std::vector<double>& find_heights(const ContactGraph& graph) {
+  static thread_local std::vector<double> height;  // kept: a step allocates nothing
+  const auto unknown = static_cast<double>(graph.bodies() + 1);
+  height.assign(graph.bodies(), unknown);
+  for (bool changed = true; changed;) {
+    changed = false;
+    const auto rise = [&](Index above, double below) {
+      if (above < 0 || !(height[above] > below + 1)) return;
+      height[above] = below + 1;
+      changed = true;
+    };
+    for (const auto& [a, b] : graph.links) {
+      rise(a, b < 0 ? 0 : height[b]);
+      rise(b, a < 0 ? 0 : height[a]);
+    }
   }
-  return fall * std::sqrt(all);
+  std::replace(height.begin(), height.end(), unknown, 1.0);
+  return height;
 }
 
-// Islands with a body that moves by more than this error do not rest. Bodies that impulses do not move have
-// no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor slides on
-// it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual of the
-// start, which is what counts.
+// Islands whose bodies together move by more than this error do not rest. Bodies that impulses do not move
+// have no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor
+// slides on it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual
+// of the start, which is what counts.
 void keep_slow(double length, const BodyVelocities& v, double error, const Islands& graph,
                std::vector<Island>& each) {
+  for (Island& island : each) island.motion = 0;
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (const Index home = graph.of_body[i]; home >= 0 && !is_slow(v[i], length, error * each[home].speed))
-      each[home].rests = false;
+    if (const Index home = graph.of_body[i]; home >= 0) each[home].motion += squared_speed(v[i], length);
+  for (Island& island : each) island.rests = island.rests && island.motion <= error * error * island.allowed;
 }
 
 // Islands whose start is not within the tolerance do not rest.
@@ -76,10 +87,7 @@ void keep_solved(const Problem& problem, Law law, double tolerance, const Soluti
     add_de_saxce_term(set, law, &problem.b[row], g);
     island.start.at_zero += natural_map_squared(set, problem.P[block], zero, g);
   });
-  for (Island& i : islands.each) {
-    i.rests = i.rests && i.start.residual() <= tolerance;
-    islands.slow = islands.slow && i.rests;
-  }
+  for (Island& i : islands.each) i.rests = i.rests && i.start.residual() <= tolerance;
 }
 
 // Beside bodies that move only islands whose impulses carry all loads to rounding rest. Those of the others
@@ -134,30 +142,39 @@ double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
 static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
                                  const RestSolver& solver, Solution& start, StepIslands& islands) {
   const Model& model = step.model;
-  const double fall = step.h * norm(model.description().gravity), tolerance = step.options.tolerance;
-  double slowest = tolerance * fall * std::sqrt(static_cast<double>(model.bodies()));
-  const auto slow = [&](const BodyVelocity& v) { return is_slow(v, model.length(), slowest); };
-  const auto slow_at = [&](Index body) { return body < 0 || slow(o.start[body]); };
+  const double tolerance = step.options.tolerance, fall = step.h * norm(model.description().gravity);
+  const double of_one = tolerance * tolerance * fall * fall;
+  const auto is_slow = [&](const BodyVelocity& v, double most) {
+    return squared_speed(v, model.length()) <= most;
+  };
+  // One of n bodies may have the error of all.
+  const double of_all = static_cast<double>(model.bodies()) * of_one;
+  const auto slow_at = [&](Index body) { return body < 0 || is_slow(o.start[body], of_all); };
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   const bool some = step.asleep.any();
   if (!some && std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
   const Problem& problem = posed.problem;
   const Islands& graph = problem.graph.islands;
   islands.each.assign(graph.count, {});
-  slowest = tolerance * find_speeds(fall, model.bodies(), graph, step.asleep.bodies(), islands.each);
   for (Island& island : islands.each) {
     island.rests = true;
     island.changed = posed.again;
   }
+  const std::vector<double>& height = find_heights(problem.graph);
+  for (std::size_t i = 0; i < model.bodies(); ++i)
+    if (const Index home = graph.of_body[i]; home >= 0) islands.each[home].allowed += height[i] * fall * fall;
   // Before the step, and with the start.
   islands.slow = true;
   for (const BodyVelocities* v : {&o.start, &posed.predicted}) {
-    islands.slow = islands.slow && std::all_of(v->begin(), v->end(), slow);
-    if (!islands.slow) keep_slow(model.length(), *v, tolerance, graph, islands.each);
+    for (std::size_t i = 0; i < v->size() && islands.slow; ++i)
+      islands.slow = graph.of_body[i] >= 0 || is_slow((*v)[i], of_one);
+    keep_slow(model.length(), *v, tolerance, graph, islands.each);
     if (!some && !rests_any(islands)) return false;
   }
   begin_at(problem, posed.x0, start);
   keep_solved(problem, step.options.law, tolerance, start, islands);
+  const auto rests = [](const Island& i) { return i.rests; };
+  islands.slow = islands.slow && std::all_of(islands.each.begin(), islands.each.end(), rests);
   if (!islands.slow && !step.options.own_method)
     keep_carried(step, problem, posed.predicted, solver, start, islands);
   return some || rests_any(islands);

@@ -13,7 +13,8 @@ namespace amontons {
 
 // An island of the problem and its motion in the step. ContactGraph::islands numbers them.
 struct Island {
-  double speed = 0;      // m/s, of an error of 1
+  double allowed = 0;    // (m/s)^2, sum of the squared speeds of its bodies for an error of 1
+  double motion = 0;     // (m/s)^2, this sum for the velocities looked at last
   SquaredMaps start;     // of the start of the solve
   bool rests = false;    // the start is the solution, and the bodies stop
   bool changed = false;  // its impulses are not those of the last step
@@ -24,7 +25,7 @@ struct Island {
 struct StepIslands {
   std::vector<Island> each;  // empty: none has been looked at
   bool any_rests = false;
-  bool slow = false;  // all bodies of the scene, those without contacts too
+  bool slow = false;  // all of them rest, and bodies without contacts do not move
   Part moving;
   std::vector<Index> number;  // scratch
   bool all_rest() const { return any_rests && moving.blocks.empty(); }
