@@ -18,12 +18,6 @@ VARIANTS = (
 )
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("amontons")
-
-
 class _Ours:
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import warnings

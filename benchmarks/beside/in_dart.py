@@ -32,12 +32,6 @@ VARIANTS = (
 )
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("dartpy")
-
-
 def _isometry(frame: Frame) -> Any:
     import dartpy
 

@@ -30,12 +30,6 @@ MOST_PATCHES = 200
 """Bodies of scenes where faces meet in patches: 750 bricks take 5 s a step."""
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("drake")
-
-
 class _Drake:
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         from pydrake.geometry import SceneGraphConfig

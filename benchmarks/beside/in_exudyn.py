@@ -17,12 +17,6 @@ ACCURATE = {"solver": "TrapezoidalIndex2", "relativeTolerance": 1e-10}
 VARIANTS = (Variant("Exudyn", {}, GUIDE), Variant("Exudyn, trapezoids", ACCURATE, GUIDE, tuned=True))
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("exudyn")
-
-
 class _Exudyn:
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import exudyn

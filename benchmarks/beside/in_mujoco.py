@@ -40,12 +40,6 @@ VARIANTS = (
 )  # fmt: skip
 
 
-def version() -> str:
-    import mujoco
-
-    return mujoco.__version__
-
-
 def _text(values: Any) -> str:
     return " ".join(f"{v:.17g}" for v in np.ravel(values))
 

@@ -18,12 +18,6 @@ VARIANTS = (
 )
 
 
-def version() -> str:
-    import newton
-
-    return newton.__version__
-
-
 def _transform(wp: Any, frame: Frame) -> Any:
     return wp.transform(wp.vec3(*map(float, frame.position)), wp.quat(*xyzw(frame.rotation)))
 

@@ -34,12 +34,6 @@ TUNED = {"numSolverIterations": 500, "solverResidualThreshold": 0.0, "enableCone
 VARIANTS = (Variant("PyBullet", {}, GUIDE), Variant("PyBullet, cone, 500", TUNED, GUIDE, tuned=True))
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("pybullet")
-
-
 class _PyBullet:
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import pybullet

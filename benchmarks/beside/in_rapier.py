@@ -17,12 +17,6 @@ TUNED = {"num_solver_iterations": 40, "friction_in_bias_pass": True, "can_sleep"
 VARIANTS = (Variant("Rapier", {}, GUIDE), Variant("Rapier, 40 substeps", TUNED, GUIDE, tuned=True))
 
 
-def version() -> str:
-    from importlib.metadata import version
-
-    return version("rapier3d")
-
-
 def _isometry(frame: Frame) -> Any:
     import rapier3d
 

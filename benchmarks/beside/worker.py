@@ -11,11 +11,22 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import re
 import sys
+from importlib import metadata
 from time import process_time
 from typing import Any
 
 from .plain import Scene, Unsupported
+
+
+def version(adapter: Any) -> str:
+    """Of the first package, or else what the module tells: MuJoCo comes in packages of two names."""
+    name = re.split("[>=]", (*adapter.PACKAGES, adapter.IMPORT)[0])[0]
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return str(importlib.import_module(adapter.IMPORT).__version__)
 
 
 def answer(adapter: Any, running: dict[int, Any], order: dict[str, Any]) -> dict[str, Any]:
@@ -23,7 +34,7 @@ def answer(adapter: Any, running: dict[int, Any], order: dict[str, Any]) -> dict
     if what == "start":
         scene = Scene.from_dict(order["scene"])
         running[where] = adapter.start(scene, order["dt"], order["options"])
-        return {"version": adapter.version()}
+        return {"version": version(adapter)}
     scene = running[where]
     if what == "advance":
         begin = process_time()

@@ -1,4 +1,5 @@
-// Islands asleep cost nothing, with the same bits as if they were computed.
+// Islands asleep cost nothing, and steps of a scene at rest are repeated: with the same bits as if they were
+// computed.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -83,11 +84,19 @@ bool same(const Contact& a, const Contact& b) {
          a.normal_velocity == b.normal_velocity;
 }
 
+bool same(const Report& a, const Report& b) {
+  return a.time == b.time && a.status == b.status && a.residual == b.residual && a.solves == b.solves &&
+         a.contacts == b.contacts && a.penetration == b.penetration && a.kinetic_energy == b.kinetic_energy &&
+         a.potential_energy == b.potential_energy && a.energy_balance == b.energy_balance &&
+         a.method == b.method;
+}
+
 // A simulation beside steps without memory, in which nothing sleeps.
 struct Pair {
   std::shared_ptr<const Model> model;
   Simulation simulation;
   State state = simulation.state();
+  int repeated = 0;  // steps so far that were not computed: those have no problem of their own
 
   explicit Pair(const Scene& scene, const SimulationOptions& o = options())
       : model(std::make_shared<Model>(scene.d)), simulation(model, o) {}
@@ -96,13 +105,19 @@ struct Pair {
   int steps(int count) {
     int slept = 0;
     for (int k = 0; k < count; ++k) {
+      const auto problem = simulation.problem();
       const Report report = simulation.step();
       slept += simulation.sleeping() > 0;
       Simulation other(model, simulation.options());
       other.state() = state;
       const Report expected = other.step();
       state = other.state();
+      if (simulation.problem() == problem) {
+        ++repeated;
+        CHECK(same(report, expected));
+      }
       CHECK(differ_in_time_alone(simulation.state(), state));
+      CHECK(simulation.state().time == state.time && simulation.state().steps == state.steps);
       CHECK(report.contacts == expected.contacts && report.penetration == expected.penetration);
       CHECK(report.energy_balance == expected.energy_balance);
       CHECK(report.status == expected.status);
@@ -112,6 +127,12 @@ struct Pair {
       for (std::size_t i = 0; i < std::min(all.size(), others.size()); ++i) CHECK(same(all[i], others[i]));
     }
     return slept;
+  }
+  // Returns how many of the steps were repeated.
+  int repeats(int count) {
+    const int before = repeated;
+    steps(count);
+    return repeated - before;
   }
   template <class F>
   void change(F&& f) {
@@ -287,4 +308,62 @@ TEST(driven_bodies_wake) {
   CHECK(both.simulation.state().positions[1].z > 0.51);
   both.change([](State& s) { s.linear_velocities[0] = {-2, 0, -0.2}; });
   both.steps(300);
+}
+
+// Three boxes on each other, of which all come to rest.
+Scene tower() {
+  Scene scene;
+  scene.tower(0, 3);
+  return scene;
+}
+
+// Breaks if a tower at rest is computed step by step, or if a repeated step has other bits or another report.
+TEST(steps_at_rest_are_repeated_bit_for_bit) {
+  Pair both(tower());
+  CHECK(both.repeats(100) > 50);
+  CHECK(both.simulation.state().steps == 100);
+  CHECK(both.simulation.contact_events().began.empty());
+}
+
+// Breaks if a change of loads, velocities or poses does not wake the tower in the same step.
+TEST(changes_of_the_state_wake) {
+  Pair both(tower());
+  CHECK(both.repeats(60) > 0);
+  both.change([](State& s) { s.forces[2] = {4, 0, 0}; });
+  CHECK(both.repeats(1) == 0);
+  both.change([](State& s) { s.forces[2] = {}; });
+  both.steps(60);
+  CHECK(both.repeats(1) == 1);
+  both.change([](State& s) { s.linear_velocities[1] = {0, 0.3, 0}; });
+  CHECK(both.repeats(1) == 0);
+  CHECK(norm(both.simulation.state().linear_velocities[1]) > 1e-3);
+  both.steps(100);
+  CHECK(both.repeats(1) == 1);
+  both.change([](State& s) { s.positions[2].z += 0.02; });
+  CHECK(both.repeats(1) == 0);
+  CHECK(both.simulation.state().linear_velocities[2].z < -0.01);
+}
+
+// Breaks if a copy, or a simulation that goes back to its start, repeats a step of another state.
+TEST(copies_and_resets_know_what_they_repeat) {
+  Pair both(tower());
+  both.steps(60);
+  Pair copy = both;
+  CHECK(copy.repeats(3) == 3);
+  both.simulation.reset();
+  both.state = both.simulation.state();
+  CHECK(both.repeats(1) == 0);
+}
+
+// Breaks if a run in one call counts or tells other than single steps.
+TEST(runs_repeat_too) {
+  Pair both(tower());
+  Simulation other = both.simulation;
+  both.steps(100);
+  const auto run = other.run(100);
+  CHECK(run.steps == 100);
+  const Report last = both.simulation.step(), next = other.step();
+  CHECK(same(last, next));
+  CHECK(run.report.potential_energy == last.potential_energy);
+  CHECK(run.report.time == other.state().time - options().dt);
 }
