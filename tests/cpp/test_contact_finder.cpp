@@ -299,3 +299,30 @@ TEST(a_ball_that_a_turn_brings_down_is_followed) {
     CHECK(s.contacts.size() == (arm > 0 ? 2u : 1u));
   }
 }
+
+// A ball or a capsule that rests on a slab presses on a ball sunk into the ground, which does not rise above
+// the top of the slab. Round shapes have no edge that could be flush with it. Breaks when such a pair gets
+// the normal of the slab, as the side of a flush neighbour does, or when the slab changes its contact at all.
+TEST(round_shapes_have_no_internal_edges) {
+  for (const bool capsule : {false, true}) {
+    const auto found = [&](bool slab) {
+      ModelDescription d;
+      d.geoms.push_back(geom_of(world, Sphere{0.1}, {0.02, 0, -0.1}));
+      d.bodies.push_back(body_at({0, 0, 0.099}));
+      d.geoms.push_back(geom_of(0, capsule ? Shape{Capsule{0.1, 0.05}} : Shape{Sphere{0.1}}));
+      d.geoms[1].frame.rotation = turn({1, 0, 0}, 1.5707963267948966);
+      if (slab) d.geoms.push_back(geom_of(world, Box{{0.2, 0.2, 0.1}}, {-0.2, 0, -0.1}));
+      Search s(d);
+      s.find({{{0, 0, -0.1}, {}}});
+      CHECK(s.contacts.size() >= (slab ? 2 : 1));
+      const auto of_balls = std::find_if(s.contacts.begin(), s.contacts.end(),
+                                         [](const Contact& c) { return std::min(c.geom_a, c.geom_b) == 0; });
+      CHECK(of_balls != s.contacts.end());
+      return *of_balls;
+    };
+    const Contact alone = found(false), beside = found(true);
+    CHECK(same({alone}, {beside}));
+    const Vec3 apart{-0.02, 0, 0.199};
+    CHECK_NEAR(norm(beside.normal - apart / norm(apart)), 0, 1e-12);
+  }
+}

@@ -94,6 +94,8 @@ class ContactFinder {
   // Adds the middles of one pair; tells whether the pair overlaps in later poses.
   void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                    const std::vector<Contact>& contacts, Part& part) const;
+  void add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
+                           const std::vector<Contact>& contacts, Part& part) const;
   bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
   // Ascending pairs, among which are all that may meet.

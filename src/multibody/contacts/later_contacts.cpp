@@ -89,6 +89,25 @@ struct ContactFinder::Later {
   }
 };
 
+// Two balls touch in one point and have no edges. Neither their shapes, which lie far apart in memory, nor
+// the turn of the normal are needed.
+void ContactFinder::add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
+                                        const std::vector<Contact>& contacts, Part& part) const {
+  const auto [geom_a, geom_b] = key.pair;
+  const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
+  if (half.turn(a.body) + half.turn(b.body) < 0.5 * contacts::policy.least_turn) return;
+  const Vec3 centre_a = half.centre(a.body), centre_b = half.centre(b.body);
+  const ContactPoint p =
+      touch_spheres(centre_a, a.radius, centre_b, b.radius, reach.bodies[b.body].pose.rotation);
+  if (p.gap > reach_of_pair(reach, geom_a, geom_b) + contacts[key.contact].material.rest_offset) return;
+  SurfaceMotion surface;
+  if (a.conveys || b.conveys)
+    surface =
+        surface_motion(reach.model, geom_a, half.frame(geom_a), geom_b, half.frame(geom_b), reach.bodies);
+  Middle& middle = part.middles.emplace_back(Middle{key.contact, a.body, b.body, {}, {}, {}, {}});
+  touch_at(p, centre_a, centre_b, surface, middle);
+}
+
 void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
                                 const std::vector<Contact>& contacts, Part& part) const {
   const auto [geom_a, geom_b] = keys[0].pair;
@@ -136,8 +155,13 @@ const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
   const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
   const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
     part.middles.clear();
-    for_each_pair(by_pair_, first, last,
-                  [&](std::span<const PairKey> keys) { add_middles(reach, half, keys, contacts, part); });
+    for_each_pair(by_pair_, first, last, [&](std::span<const PairKey> keys) {
+      const auto [a, b] = keys[0].pair;
+      if (reach.model.outline(a).radius > 0 && reach.model.outline(b).radius > 0)
+        add_middle_of_balls(reach, half, keys[0], contacts, part);
+      else
+        add_middles(reach, half, keys, contacts, part);
+    });
   });
   middles_.swap(parts[0].middles);
   for (const Part& part : parts.subspan(1))

@@ -41,8 +41,8 @@ struct Extents {
 
 // A list of pairs, among which those that meet are found again and again (Verlet, "Computer experiments on
 // classical fluids", Physical Review 159, 1967). For the list, extents are grown by a slack. It holds until
-// one of them leaves its grown one: for both searches of a step whose positions are corrected, for the look
-// ahead, and for steps in which bodies move little. Which pairs meet does not depend on the age of the list.
+// one of them leaves its grown one. So it serves both searches of a step whose positions are corrected, the
+// look ahead, and steps in which bodies move little. Which pairs meet does not depend on the age of the list.
 class NearPairs {
  public:
   // Ascending pairs, among which are all that meet now, except those of two geoms that stay.
