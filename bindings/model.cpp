@@ -51,15 +51,12 @@ void bind_builder(nb::module_& m) {
       "joint_between",
       [](const std::string& kind, const JointEnd& a, const JointEnd& b, const nb::callable& make,
          const nb::kwargs& given) {
-        return PartTeller(make).told(joint_between(kind, a, b, PartReader().part<NewJoint>(given)));
+        PartReader reader;
+        return PartTeller(make).told(kind == "distance"
+                                         ? rod_between(a, b, reader.part<NewRod>(given))
+                                         : joint_between(kind, a, b, reader.part<NewJoint>(given)));
       },
       nb::arg("kind"), nb::arg("a"), nb::arg("b"), nb::arg("make"), nb::arg("given"));
-  m.def(
-      "rod_between",
-      [](const JointEnd& a, const JointEnd& b, const nb::callable& make, const nb::kwargs& given) {
-        return PartTeller(make).told(rod_between(a, b, PartReader().part<NewRod>(given)));
-      },
-      nb::arg("a"), nb::arg("b"), nb::arg("make"), nb::arg("given"));
   m.def(
       "solid_of",
       [](const std::string& who, const nb::kwargs& given) {

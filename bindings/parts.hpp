@@ -2,6 +2,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -14,41 +15,20 @@
 // dictionaries. On the way back it makes its parts: by a function of their kind and their fields.
 namespace amontons::python {
 
-// The name of the class of Python, and an empty text for what goes to C++ only.
+// Parts that go to Python, with the names of their classes there.
 template <class T>
-constexpr const char* part_name = nullptr;
-#define AMONTONS_PART(T, name) \
-  template <>                  \
-  inline constexpr const char* part_name<T> = name
-AMONTONS_PART(Material, "Material");
-AMONTONS_PART(Body, "Body");
-AMONTONS_PART(Geom, "Geom");
-AMONTONS_PART(PairMaterial, "PairMaterial");
-AMONTONS_PART(Motor, "Motor");
-AMONTONS_PART(Dof, "Dof");
-AMONTONS_PART(Joint, "Joint");
-AMONTONS_PART(Coupling, "Coupling");
-AMONTONS_PART(Fluid, "Fluid");
-AMONTONS_PART(FluidBox, "FluidBox");
-AMONTONS_PART(Bond, "Bond");
-AMONTONS_PART(TendonTerm, "TendonTerm");
-AMONTONS_PART(PathElement, "PathElement");
-AMONTONS_PART(Tendon, "Tendon");
-AMONTONS_PART(Transmission, "Transmission");
-AMONTONS_PART(Actuator, "Actuator");
-AMONTONS_PART(NamedLink, "Link");
-AMONTONS_PART(Site, "Site");
-AMONTONS_PART(Sensor, "Sensor");
-AMONTONS_PART(Visual, "Visual");
-AMONTONS_PART(Keyframe, "Keyframe");
-AMONTONS_PART(Unread, "Unread");
-AMONTONS_PART(ModelDescription, "");
-AMONTONS_PART(NewBody, "");
-AMONTONS_PART(NewJoint, "");
-AMONTONS_PART(NewRod, "");
+struct PartName {
+  const char* name;
+};
+#define AMONTONS_PART(unused, T) \
+  PartName<T> { #T }
+using Link = NamedLink;
+inline constexpr auto parts = std::tuple(AMONTONS_SCANS(AMONTONS_EACH(
+    AMONTONS_PART, , Material, Body, Geom, PairMaterial, Motor, Dof, Joint, Coupling, Fluid, FluidBox, Bond,
+    TendonTerm, PathElement, Tendon, Transmission, Actuator, Link, Site, Sensor, Visual, Keyframe, Unread)));
 #undef AMONTONS_PART
 template <class T>
-concept Part = part_name<T> != nullptr;
+concept Part = detail::Described<T> && !std::is_same_v<T, Transform>;
 
 class PartReader {
  public:
@@ -140,7 +120,7 @@ class PartTeller {
   }
   template <Part T>
   nb::object told(const T& part) const {
-    return make_(part_name<T>, fields(part));
+    return make_(std::get<PartName<T>>(parts).name, fields(part));
   }
 
  private:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from typing import Any, Unpack
 
 from .. import _core, checks
@@ -210,8 +209,7 @@ class JointBuilder(Collection):
                 new["upper"] = number("longest", upper, infinite=True)
             ends = [self._mount(body, OWN) for body in (a, b)]
         self._require_two(who, ends[0][0], ends[1][0])
-        make = _core.rod_between if kind == "distance" else partial(_core.joint_between, kind)
-        joint = make(*map(self._end, ends), Parts().make, **new)
+        joint = _core.joint_between(kind, *map(self._end, ends), Parts().make, **new)
         return self._append(changed(joint, link_a=ends[0][2], link_b=ends[1][2], **fields))
 
     def _end(self, place: Place) -> _core.JointEnd:

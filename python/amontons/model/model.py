@@ -41,6 +41,14 @@ TREE_TERMS = {"maximal": "none", "minimal": "auto", "reduced": "auto"}
 """Names of coordinates elsewhere -> here."""
 
 
+def _names(parts: str) -> cached_property[tuple[str, ...]]:
+    def names(model: Model) -> tuple[str, ...]:
+        """Names by index."""
+        return tuple(part.name for part in getattr(model, parts))
+
+    return cached_property(names)
+
+
 @dataclass(frozen=True)
 class Model:
     """Bodies, geoms, joints and drives, checked as a whole; simulations share it and never change it.
@@ -165,20 +173,13 @@ class Model:
         longer to make than many steps."""
         return {}
 
-    @cached_property
-    def body_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(body.name for body in self.bodies)
-
-    @cached_property
-    def geom_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(geom.name for geom in self.geoms)
-
-    @cached_property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(joint.name for joint in self.joints)
+    body_names = _names("bodies")
+    geom_names = _names("geoms")
+    joint_names = _names("joints")
+    tendon_names = _names("tendons")
+    actuator_names = _names("actuators")
+    site_names = _names("sites")
+    keyframe_names = _names("keyframes")
 
     @cached_property
     def link_names(self) -> tuple[str, ...]:
@@ -237,16 +238,6 @@ class Model:
     def qd_names(self) -> tuple[str, ...]:
         """A name for every entry of `Simulation.qd`."""
         return tuple(name for c in self.coordinates.values() for name in c.qd_names)
-
-    @cached_property
-    def tendon_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(tendon.name for tendon in self.tendons)
-
-    @cached_property
-    def actuator_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(actuator.name for actuator in self.actuators)
 
     @cached_property
     def control_names(self) -> tuple[str, ...]:
@@ -316,11 +307,6 @@ class Model:
             )
         return index_of("joint", joint, self.joint_names)
 
-    @cached_property
-    def site_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(site.name for site in self.sites)
-
     def site_index(self, site: int | str) -> int:
         """The index of a site given by index or name; InputError if there is none."""
         return index_of("site", site, self.site_names)
@@ -332,11 +318,6 @@ class Model:
     def actuator_index(self, actuator: int | str) -> int:
         """The index of an actuator given by index or name; InputError if there is none."""
         return index_of("actuator", actuator, self.actuator_names)
-
-    @cached_property
-    def keyframe_names(self) -> tuple[str, ...]:
-        """Names by index."""
-        return tuple(keyframe.name for keyframe in self.keyframes)
 
     def keyframe_index(self, keyframe: int | str) -> int:
         """The index of a keyframe given by index or name; InputError if there is none."""
