@@ -12,7 +12,6 @@ constinit Policy policy;
     name_policy("contacts", {{"allowance", &policy.allowance},
                              {"level", &policy.level},
                              {"least_overlap", &policy.least_overlap},
-                             {"passing", &policy.passing},
                              {"few", &policy.few},
                              {"one_normal", &policy.one_normal},
                              {"least_turn", &policy.least_turn},

@@ -16,13 +16,11 @@ struct Policy {
   // whose heights differ by less are level, points that are nearer are the same, and a redundant point may
   // overlap by so much.
   double level = 0.01;
-  // Overlap (relative): least one that a redundant point may have; beyond it the share `passing` counts.
-  // Without it a sole has more points than it needs (test_contact_points).
+  // Overlap (relative): that a redundant point may have. Without it a sole has more points than it needs
+  // (test_contact_points). A body on a rough sole that stands alternately on different points would never
+  // rest with more.
   double least_overlap = 1e-4;
 
-  // Overlap (relative to the travel in the step): that a redundant point may have, because a fast body passes
-  // quickly. A body on a rough sole that stands alternately on different points would never rest with more.
-  double passing = 0.1;
   // Size (points): smaller groups of one normal keep all points.
   std::size_t few = 4;
   // Cosine (1): of normals of one group. 8 degrees are less than the angle at edges of a body or of the

@@ -8,14 +8,8 @@ namespace amontons {
 
 namespace {
 
-// Allowed overlap of a redundant point (m): far below the purpose of a margin, far above rounding.
+// Distance of points that support alike (m): far below the purpose of a margin, far above rounding.
 double tolerance_of(const Reach& reach) { return contacts::policy.level * reach.margin; }
-
-// Allowed overlap of a redundant point c: a share of its travel in the step, at most the tolerance.
-double overlap_of(const Contact& c, double end, const Reach& reach) {
-  return std::clamp(contacts::policy.passing * (c.gap - end), contacts::policy.least_overlap * reach.margin,
-                    tolerance_of(reach));
-}
 
 // Gap (m) up to which a point is considered before the solve; equal to the distance used in the choice among
 // many.
@@ -81,8 +75,7 @@ double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> ke
 // added if it gets deeper than all points of its pair with rows.
 void RedundantPoints::call_in(const Reach& reach, std::vector<Contact>& contacts) {
   const auto overlaps = [&](const Contact& c, double held) {
-    const double end = end_gap(c, reach);
-    return end < held - overlap_of(c, end, reach);
+    return end_gap(c, reach) < held - contacts::policy.least_overlap * reach.margin;
   };
   if (std::none_of(redundant_.begin(), redundant_.end(), [&](const Contact& c) { return overlaps(c, 0); }))
     return;

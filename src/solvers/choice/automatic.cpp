@@ -101,8 +101,8 @@ const char* remark(const Problem& problem) {
   return can_factor(problem) ? "" : "A is too large to factor: ";
 }
 
-// Methods in the order of their costs. `work` limits them, where the caller does not.
-Solution solve_in_order(const Problem& problem, const Options& options, Budget& budget, double work) {
+// Methods in the order of their costs.
+Solution solve_in_order(const Problem& problem, const Options& options, Budget& budget) {
   const Law law = law_of(problem, options);
   const bool linear = problem.K.all_bilateral(), watched = options.history || options.callback;
   ConstrainedProblem rest;
@@ -112,9 +112,7 @@ Solution solve_in_order(const Problem& problem, const Options& options, Budget& 
     add_factoring(field, law == Law::coulomb && problem.K.has_friction(), problem.K.blocks());
   Options here = options;  // the device does not serve this problem, and no part of it
   here.iterates = nullptr;
-  const bool limited = options.max_iterations > 0 || std::isfinite(budget.left());
-  Budget share(budget, Budget::unlimited, limited ? Budget::unlimited : work);
-  Solution s = in_order(problem, here, share, field, held ? &rest : nullptr);
+  Solution s = in_order(problem, here, budget, field, held ? &rest : nullptr);
   s.reason = remark(problem) + s.reason;
   return s;
 }
@@ -152,14 +150,14 @@ Solution solve_directly_or_in_order(const Problem& problem, const Options& optio
   Elimination elimination;
   Solution s;
   if (!solve_directly(problem, options, budget, elimination, s))
-    return solve_in_order(problem, options, budget, Budget::unlimited);
+    return solve_in_order(problem, options, budget);
   name_elimination(s);
   return s;
 }
 
 // Solves the whole problem once more after the direct way has failed. It starts from zero, because near the
-// best x Coulomb's law may have no solution. The work is bounded, so that a jammed robot does not stop a
-// simulation.
+// best x Coulomb's law may have no solution. The budget of a step bounds the work, so that a jammed robot
+// does not stop a simulation. Methods have limits of their own elsewhere.
 Solution after_elimination(const Problem& problem, const Options& options, Budget& budget,
                            const Elimination& elimination, Solution s) {
   Options rest = options;
@@ -169,10 +167,7 @@ Solution after_elimination(const Problem& problem, const Options& options, Budge
     if (s.iterations >= options.max_iterations) return s;
     rest.max_iterations = options.max_iterations - s.iterations;
   }
-  Solution second =
-      solve_by_islands(problem, rest, budget, [](const Problem& p, const Options& o, Budget& share) {
-        return solve_in_order(p, o, share, choice::policy.late_work);
-      });
+  Solution second = solve_by_islands(problem, rest, budget, solve_in_order);
   name_elimination(s);
   s.status = second.status;
   join(s, std::move(second));
@@ -198,7 +193,7 @@ Solution automatic(const Problem& problem, const Options& options, Budget& budge
   if (Solution s; accepts_start(problem, options, s)) return s;
   // A large linear system: conjugate gradients are tried before a factorisation.
   if (problem.K.all_bilateral() && problem.rows() > choice::policy.most_rows) {
-    Solution s = solve_in_order(problem, options, budget, Budget::unlimited);
+    Solution s = solve_in_order(problem, options, budget);
     if (s.status != Status::stalled) return s;
   }
   Elimination elimination;

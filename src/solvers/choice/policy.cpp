@@ -16,7 +16,6 @@ constinit Policy policy;
                            {"frozen_paths", &policy.frozen_paths},
                            {"least_progress", &policy.least_progress},
                            {"assembly", &policy.assembly},
-                           {"late_work", &policy.late_work},
                            {"first_turn", &policy.first_turn},
                            {"small_island", &policy.small_island}});
 

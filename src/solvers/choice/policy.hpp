@@ -34,9 +34,6 @@ struct Policy {
   // Size (blocks): with more of them the path with the De Saxce term held comes first. Without it walls take
   // three times the work, and with it everywhere FCLIB files take twice as much.
   std::size_t many_blocks = 800;
-  // Work (units): limit after the direct way has failed. Most such problems have no solution, which takes
-  // more than 1e5 to prove (test_status).
-  double late_work = 4e5;
 
   // Islands.
 

@@ -11,7 +11,6 @@
 // Either alone needs ten times the work. Two rounds without progress end it.
 #include "solvers/second_order/frozen_path.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -42,11 +41,11 @@ class FrozenPath : public VectorIterate {
 
   std::optional<double> step() {
     // 1. The path starts cold: the term holds the directions of friction, and the path replaces the stresses.
-    const double scale = natural_map_at_zero(problem, law_of(problem, options));
+    // It goes to the end. Its last factorisations are few, and the burst needs stresses that are right.
     Options o = options;
     o.law = Law::associated;
     o.x0 = {};
-    o.tolerance = std::max(0.5 * options.tolerance, second_order::policy.inexact * map_ / scale);
+    o.tolerance = 0.5 * options.tolerance;
     o.max_iterations = 0;
     o.history = false;
     o.callback = nullptr;
@@ -61,9 +60,8 @@ class FrozenPath : public VectorIterate {
     Solution s = apgd(problem, o, monitor.budget());
     count(s);
     x = std::move(s.x);
-    return map_ = evaluate();
+    return evaluate();
   }
-  double start(const Start& s) { return map_ = VectorIterate::start(s); }
 
  private:
   void count(const Solution& s) {
@@ -71,7 +69,6 @@ class FrozenPath : public VectorIterate {
     monitor.factorizations += s.factorizations;
     if (s.status == Status::interrupted) monitor.interrupt();
   }
-  double map_ = 0;
 };
 
 }  // namespace

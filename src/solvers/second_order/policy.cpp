@@ -12,7 +12,6 @@ constinit Policy policy;
                                                                         {"collapse", &policy.collapse},
                                                                         {"rounding", &policy.rounding},
                                                                         {"burst", &policy.burst},
-                                                                        {"halvings", &policy.halvings},
-                                                                        {"inexact", &policy.inexact}});
+                                                                        {"halvings", &policy.halvings}});
 
 }  // namespace amontons::second_order

@@ -32,9 +32,6 @@ struct Policy {
   // Halvings of a step (count): F is no gradient, and a step that fails at an eighth of its length rarely
   // succeeds at less.
   int halvings = 3;
-  // Inexactness (relative to the residual): of a path with the De Saxce term held, because its term is only
-  // as exact.
-  double inexact = 1e-3;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 extern Policy policy;
