@@ -91,7 +91,9 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
   // makes the motion of second order with contacts, too.
   if (step.tree.moves()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);
-  // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
+  // Turns and the test of rest both need them. That test looks at all bodies awake while others sleep, even
+  // if none of those awake touches anything: a control may move them. With trees M^-1 D'x0 is known along the
+  // coordinates already.
   posed.predicted.clear();
   if (!w.empty() && touching) {
     posed.predicted = o.free;
