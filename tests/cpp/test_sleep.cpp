@@ -1,5 +1,6 @@
 // Islands asleep cost nothing, and steps of a scene at rest are repeated: with the same bits as if they were
 // computed.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -40,6 +41,23 @@ struct Scene {
   }
   void tower(double x, int boxes) {
     for (int k = 0; k < boxes; ++k) body({x, 0, (2 * k + 1) * half}, Box{{half, half, half}});
+  }
+  // Bricks of which each lies on two others.
+  void wall(int rows) {
+    for (int row = 0; row < rows; ++row)
+      for (int k = 0; k < rows - row; ++k)
+        body({0.42 * k + 0.21 * row, 0, (2 * row + 1) * half}, Box{{2 * half, half, half}});
+  }
+  // A box that a motor of known effort moves along x, from rest at x. It hangs on its slide.
+  void pusher(double x) {
+    Joint joint;
+    joint.body_a = body({x, 0, 5 * half}, Box{{half, half, half}});
+    joint.frame_b.position = {x, 0, 5 * half};
+    joint.dofs.resize(1);
+    joint.dofs[0].kind = Dof::Kind::slide;
+    joint.dofs[0].axis = {1, 0, 0};
+    joint.dofs[0].motor.kind = MotorKind::effort;
+    d.joints.push_back(joint);
   }
   // A pendulum that swings for ever, far from the ground.
   void pendulum(double x) {
@@ -143,9 +161,7 @@ TEST(islands_sleep_beside_motion) {
 // of the wall has those of the ball, one product.
 TEST(walls_sleep_beside_motion) {
   Scene scene;
-  for (int row = 0; row < 8; ++row)
-    for (int k = 0; k < 8 - row; ++k)
-      scene.body({0.42 * k + 0.21 * row, 0, (2 * row + 1) * half}, Box{{2 * half, half, half}});
+  scene.wall(8);
   scene.body({30, 0, half}, Sphere{half}, {1, 0, 0});
   Pair both(scene);
   both.steps(30);
@@ -158,6 +174,61 @@ TEST(walls_sleep_beside_motion) {
     const double most = 30 * 1e-6 * std::sqrt(36.0) * 10 * 5e-3 * 5e-3;
     CHECK(norm(before.positions[i] - both.model->description().bodies[i].pose.position) <= most);
   }
+}
+
+// Breaks if a wall that iterations solve sleeps on while a ball hits it, or differs from one that never
+// slept.
+TEST(walls_wake_by_touch) {
+  Scene scene;
+  scene.wall(5);
+  scene.body({-1, 0, half}, Sphere{half}, {1.5, 0, 0});
+  Pair both(scene);
+  both.steps(60);
+  CHECK(both.simulation.sleeping() == 15);
+  both.steps(120);
+  CHECK(both.simulation.sleeping() < 15);
+  double moved = 0;
+  for (std::size_t i = 0; i < 15; ++i)
+    moved =
+        std::max(moved, norm(both.state.positions[i] - both.model->description().bodies[i].pose.position));
+  CHECK(moved > 1e-3);
+}
+
+// Breaks if a control moves nothing because its body rests, or if a tower sleeps on when that body comes.
+TEST(controls_wake) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.pusher(-0.25);
+  Pair alone(scene);
+  scene.pendulum(4);
+  Pair beside(scene);
+  for (Pair* both : {&alone, &beside}) {
+    both->steps(150);
+    both->change([](State& s) { s.controls[0] = 8; });
+    both->steps(1);
+    // An effort of 8 N on 1 kg for 5 ms; the first step has half a kick.
+    CHECK(both->state.linear_velocities[3].x > 0.5 * 8 * 5e-3);
+    both->steps(60);
+    CHECK(both->simulation.sleeping() == 0);
+    CHECK(both->state.positions[2].x > 1e-2);
+  }
+}
+
+// Breaks if what slept in one model sleeps in another that goes on from its state, where it weighs something
+// else.
+TEST(other_models_wake) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.pendulum(4);
+  Pair both(scene);
+  both.steps(150);
+  CHECK(both.simulation.sleeping() == 3);
+  scene.d.gravity = {8, 0, -6};
+  Pair tilted(scene);
+  tilted.change([&](State& s) { s = both.state; });
+  tilted.steps(40);
+  CHECK(tilted.simulation.sleeping() == 0);
+  CHECK(tilted.state.positions[2].x > 1e-2);
 }
 
 // Breaks if an island sleeps on while a ball hits it, or wakes without a touch.

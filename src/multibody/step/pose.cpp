@@ -86,14 +86,16 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   assemble_system(o.bodies(), o.contacts, posed.rows, posed.assembly, *posed.problem);
   warm_start(step, state, o, posed);
   std::span<double> w;
-  if (!posed.x0.empty() && (step.tree.moves() || !o.contacts.empty()))
-    w = impulses_on_bodies(*posed.problem, posed.x0);
+  const bool touching = !o.contacts.empty() || step.asleep.any();
+  if (!posed.x0.empty() && (step.tree.moves() || touching)) w = impulses_on_bodies(*posed.problem, posed.x0);
   // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
   // makes the motion of second order with contacts, too.
   if (step.tree.moves()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);
-  // Turns and the test of rest both need them. With trees M^-1 D'x0 is known along the coordinates already.
+  // Turns and the test of rest both need them. That test looks at all bodies awake while others sleep, even
+  // if none of those awake touches anything: a control may move them. With trees M^-1 D'x0 is known along the
+  // coordinates already.
   posed.predicted.clear();
-  if (!w.empty() && !o.contacts.empty()) {
+  if (!w.empty() && touching) {
     posed.predicted = o.free;
     add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), posed.predicted);
     stop_asleep(step.asleep, posed.predicted);

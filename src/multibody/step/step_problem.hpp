@@ -19,8 +19,9 @@ struct StepProblem {
   std::vector<double> x0;  // start of the next solve; empty: zero
   bool again = false;      // x0 is the solution of an earlier solve of the step
   std::shared_ptr<Problem> problem;
-  std::vector<Vec3> turns;   // per contact, contained in b; empty: no contact turns
-  BodyVelocities predicted;  // the free velocities with the impulses x0; unknown without x0 or contacts
+  std::vector<Vec3> turns;  // per contact, contained in b; empty: no contact turns
+  BodyVelocities
+      predicted;  // the free velocities with the impulses x0; unknown without x0, or contacts even asleep
   // The next solve starts from an earlier one of the step.
   void begin_at(const Solved& solved);
 };
