@@ -23,6 +23,7 @@ constinit Policy policy;
                          {"steps_of_slack", &policy.steps_of_slack},
                          {"few_rows", &policy.few_rows},
                          {"softness", &policy.softness},
+                         {"largest_turn", &policy.largest_turn},
                          {"most_position_iterations", &policy.most_position_iterations},
                          {"most_reflections", &policy.most_reflections},
                          {"rough", &policy.rough},

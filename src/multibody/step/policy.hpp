@@ -68,6 +68,10 @@ struct Policy {
   // Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if
   // they contradict contacts.
   double softness = 1e-3;
+  // Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
+  // t^2 / 2 of its arm.
+  // Off: 1e30.
+  double largest_turn = 0.03;
   // Iterations (count): limit of a solve of positions.
   std::size_t most_position_iterations = 100;
 

@@ -179,6 +179,13 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   return p;
 }
 
+// The fastest angular velocity (rad/s).
+double turning(const BodyVelocities& p) {
+  double fastest = 0;
+  for (const BodyVelocity& body : p) fastest = std::max(fastest, norm(body.angular));
+  return fastest;
+}
+
 // Neighbours must not push a body into fixed geometry, even if the problem was solved roughly.
 void stop_at_fixed(const PositionInput& in, BodyVelocities& p) {
   const double error = allowed_error(in.length);
@@ -205,8 +212,16 @@ static bool correct_positions(const StepSetting& step, StepClock& clock, StepScr
   Budget time = clock.budget.part_of_time(step::policy.share_of_part);
   BodyVelocities p = displacements(in, rest, clock, time, memory, sums);
   if (p.empty()) return false;
-  // A displacement is linear in p, and a body that turns by t departs from it by t^2 / 2 of its arm. The next
-  // steps remove that, sooner than they would remove what a shorter way leaves.
+  // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
+  if (const double turn = h * turning(p); turn > step::policy.largest_turn) {
+    const double share = step::policy.largest_turn / turn;
+    position_rows(in, rest, state, share * std::min(in.step.displacing, error / h), memory);
+    p = displacements(in, rest, clock, time, memory, sums);
+    if (p.empty()) return false;
+    // Rows of joints demand their whole error even so. The next steps remove what a shorter way leaves.
+    if (const double part = step::policy.largest_turn / (h * turning(p)); part < 1)
+      for (BodyVelocity& body : p) body = {part * body.linear, part * body.angular};
+  }
   stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (!in.model.is_dynamic(static_cast<Index>(i)) || step.tree.moves(i) || !is_finite(p[i].linear) ||
