@@ -35,6 +35,11 @@ STEP = {
         "Follow the velocities to the end of the step. If they lead to new contacts, add them and "
         "solve again, up to {most_looks} times.",
     ),
+    "close_loops": (
+        "Close loops",
+        "If rows of joints form a loop that nothing touches, solve again, so that its joints are closed "
+        "at the end.",
+    ),
     "balance_of": (
         "Check the energy",
         "If the step gains energy, repeat it damped.",

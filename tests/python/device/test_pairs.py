@@ -226,7 +226,7 @@ def test_steps_have_the_bits_of_the_host(monkeypatch, solves_on_the_host, name):
             np.testing.assert_array_equal(there.contacts[field], host.contacts[field])
         np.testing.assert_array_equal(there.state.positions, host.state.positions)
     assert len(host.contacts) > 20
-    assert len(searches) >= steps
+    assert len(searches) > 1  # what one finds serves some steps
 
 
 # Breaks when a small model is searched on the device, where launches take longer than its search.
