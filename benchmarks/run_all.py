@@ -88,7 +88,8 @@ PARTS = (
     Part("others", ("-m", "beside"), ("beside",), 90, by_name=True),
     Part("times", ("-m", "beside", "--renew-times"), ("beside",), 30, by_name=True),
     Part("solvers", ("-m", "beside.solvers"), ("solvers",), 60, by_name=True),
-    Part("sensitivity", ("sensitivity.py", "--seconds", "4"), ("sensitivity",), 600, by_name=True),
+    Part("sensitivity", ("sensitivity.py", "--starts", "2", "--seconds", "2"), ("sensitivity",), 60,
+         by_name=True),
 )  # fmt: skip
 
 
