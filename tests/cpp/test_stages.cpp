@@ -366,6 +366,15 @@ TEST(close_loops_closes_joints_at_the_end) {
   };
   const double before = error();
   CHECK(before > 0.1 * h * h * h);
+  // A method that does not converge leaves the step as it was.
+  const Solution first = s.solved.solution;
+  const std::vector<double> b = s.posed.problem->b;
+  s.options.method = "jacobi";
+  s.options.max_iterations = 1;
+  close_loops(s.step, s.solver, s.state, s.observed, s.posed, s.solved);
+  CHECK(s.solved.solution.x == first.x && s.posed.problem->b == b);
+  s.options.method = "auto";
+  s.options.max_iterations = 0;
   close_loops(s.step, s.solver, s.state, s.observed, s.posed, s.solved);
   CHECK_NEAR(error(), 0, h * before);
 }

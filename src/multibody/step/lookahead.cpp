@@ -1,5 +1,6 @@
 #include "multibody/step/lookahead.hpp"
 
+#include <algorithm>
 #include <type_traits>
 
 #include "amontons/solvers/driver/driver.hpp"
@@ -118,11 +119,18 @@ void close_loops(const StepSetting& step, const StepSolver& solver, const State&
   // Rows of joints come last, and each is a block.
   const std::size_t first = home.size() - posed.rows.tags.size();
   const auto counts = [&](std::size_t i) { return loops[home[first + i]] != 0; };
+  const std::vector<double> c = posed.rows.c;
   close_joints({step.model, o.frames, o.joints, solved.after, step.h}, state, counts, posed.rows);
   write_b(o, posed);
   std::vector<Index> number;
   part.make(problem, {}, number);
   part.solution = solve_step(solver, part.of.problem, {});
+  // A solve that a budget ends keeps the first one.
+  if (part.solution.status != Status::converged) {
+    posed.rows.c = c;
+    return write_b(o, posed);
+  }
+  solved.solution.residual = std::max(solved.solution.residual, part.solution.residual);
   part.of.put(part.solution.x, solved.solution.x);
   form_velocities(problem, solved.solution);
   find_velocities(step, o, posed, solved);
