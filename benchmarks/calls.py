@@ -17,9 +17,7 @@ from time import process_time
 
 import amontons
 from amontons.shapes import Box, Capsule
-from common import ROOT, arguments, use_one_core, with_folders, write_csv
-from rich.console import Console
-from rich.table import Table
+from common import ROOT, arguments, begin, told, write_csv
 
 PARTS, CALLS, QUICK = 7, 400, 40
 STEP = "the same step again"
@@ -122,8 +120,7 @@ def least_times(functions: dict[str, Callable[[], object]], count: int) -> dict[
 
 
 def main() -> None:
-    options = with_folders(arguments(__doc__).parse_args())
-    use_one_core()
+    options = begin(arguments(__doc__).parse_args())
     count, rows = QUICK if options.quick else CALLS, []
     walking = robots(options.data)
     for name, model in {"arm of 7 hinges": arm(), "box on a floor": box(), **walking}.items():
@@ -138,14 +135,8 @@ def main() -> None:
             {"model": name, "call": call, "microseconds": 1e6 * time, "steps": time / step}
             for call, time in seconds.items()
         ]
-    table = Table(box=None, header_style="bold")
-    for title in ("model", "call"):
-        table.add_column(title)
-    for title in ("microseconds", "steps"):
-        table.add_column(title, justify="right")
-    for row in rows:
-        table.add_row(row["model"], row["call"], f"{row['microseconds']:.1f}", f"{row['steps']:.2f}")
-    Console().print(table)
+    cells = [(f"{r['model']}, {r['call']}", f"{r['microseconds']:.1f}", f"{r['steps']:.2f}") for r in rows]
+    told("model, call", ("microseconds", "steps"), cells)
     write_csv(options.out / "calls.csv", rows)
     print(f"written to {options.out / 'calls.csv'}")
 

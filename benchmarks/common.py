@@ -18,8 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import amontons
+import numpy as np
 from PIL import Image
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
@@ -30,6 +33,10 @@ TABLES = RESULTS / "processor"
 FIGURES = ROOT / "docs" / "figures"
 SAMPLE = ROOT / "out" / "bench"
 """Where quick runs, and runs without the data folder, leave their results."""
+
+
+SHARE = 0.25
+"""of the range of a control: how far random ones are from its middle at most"""
 
 
 def processor() -> str:
@@ -54,6 +61,14 @@ def arguments(description: str | None) -> argparse.ArgumentParser:
     return parser
 
 
+def begin(options: argparse.Namespace) -> argparse.Namespace:
+    """The options with folders; from here on this process is on one core, and steps give no warnings."""
+    if not use_one_core():
+        print("this system cannot bind a process to a core; times may include other cores")
+    warnings.simplefilter("ignore", amontons.StepWarning)  # the tables have the residuals
+    return with_folders(options)
+
+
 def with_folders(options: argparse.Namespace) -> argparse.Namespace:
     """Fills in the folders, and `complete`: whether the run renews the committed results and figures.
 
@@ -76,6 +91,32 @@ def use_one_core() -> bool:
         return False
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     return True
+
+
+def random_controls(model: amontons.Model, rng: np.random.Generator) -> dict[str, float]:
+    """Of each actuator: within SHARE of its range from zero, or from the end of the range next to it."""
+    values = {}
+    for drive in model.actuators:
+        low, high = control_range(drive)
+        values[drive.name] = min(max(0.0, low), high) + SHARE * (high - low) * float(rng.uniform(-1, 1))
+    return values
+
+
+def control_range(drive: Any) -> tuple[float, float]:
+    """That of an actuator; one without bounds is driven from -1 to 1."""
+    low, high = drive.lower_control, drive.upper_control
+    return (low, high) if np.isfinite(high - low) else (-1.0, 1.0)
+
+
+def told(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Prints a table: texts to the left, what `header` names to the right."""
+    table = Table(box=None, header_style="bold", padding=(0, 1))
+    table.add_column(title)
+    for name in header:
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(*row)
+    Console(width=max(120, 24 + 18 * len(header))).print(table)
 
 
 def read(path: Path) -> amontons.vi.Problem:

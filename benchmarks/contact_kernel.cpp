@@ -7,14 +7,14 @@
 // (three contacts per body) and with the ground, mu = 0.5. Bodies and contacts are numbered at random: to
 // order them in memory is the library's work. A run starts at x = 0 and does as many iterations as a solver
 // that is on its way; its time per iteration and contact is one sample. Columns:
-//   ns       median over the runs, best  the fastest run, which neighbours on the machine disturb least
-//   GB/s     compulsory traffic by the median: 400 bytes per contact, 24 more under coulomb, 384 per body, as
+//   ns_per_contact, best_ns   median over the runs, and the fastest, which neighbours disturb least
+//   gb_per_s compulsory traffic by the median: 400 bytes per contact, 24 more under coulomb, 384 per body, as
 //            counted in ARCHITECTURE.md; a second copy of a body is not counted
 //   triad    a = b + s c, two loads and one store of eight bytes per element as STREAM counts them: median of
 //            passes right before and right after the runs, with as many threads, on arrays of 768 MiB each,
-//            so that no cache holds a useful part; ratio: GB/s over it, meant for the largest problem
+//            so that no cache holds a useful part; ratio: gb_per_s over it, meant for the largest problem
 //   near     the triad on arrays that have the bytes of the problem together, so that it runs in the cache
-//            that holds the problem; near_ratio: GB/s over it
+//            that holds the problem; near_ratio: gb_per_s over it
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -218,12 +218,13 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "contact_kernel: cannot write %s\n", csv_path);
     return 1;
   }
-  if (csv)
-    std::fprintf(csv,
-                 "contacts,law,threads,isa,ns_per_contact,best_ns,gb_per_s,triad_gb_per_s,ratio,"
-                 "near_gb_per_s,near_ratio\n");
-  std::printf("%9s %-10s %7s %-8s %8s %8s %8s %8s %6s %8s %6s\n", "contacts", "law", "threads", "isa", "ns",
-              "best", "GB/s", "triad", "ratio", "near", "ratio");
+  const auto tell = [&](const char* format, auto... values) {
+    for (std::FILE* out : {stdout, csv})
+      if (out) std::fprintf(out, format, values...), std::fflush(out);
+  };
+  tell("%s",
+       "contacts,law,threads,isa,ns_per_contact,best_ns,gb_per_s,triad_gb_per_s,ratio,"
+       "near_gb_per_s,near_ratio\n");
   std::vector<std::size_t> sizes{1000, 10000, 100000, 1000000};
   if (quick) sizes.resize(2);
   for (unsigned threads = 1; threads <= max_threads; threads *= 2) {
@@ -244,14 +245,8 @@ int main(int argc, char** argv) {
         const double rate = bytes / t.median, stream = median(rates), near = median(near_rates);
         const double ns = 1e9 * t.median / contacts, best = 1e9 * t.best / contacts;
         const char* name = law == Law::coulomb ? "coulomb" : "associated";
-        std::printf("%9.0f %-10s %7u %-8s %8.2f %8.2f %8.2f %8.2f %6.3f %8.2f %6.3f\n", contacts, name,
-                    threads, isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream, near / 1e9,
-                    rate / near);
-        std::fflush(stdout);
-        if (csv)
-          std::fprintf(csv, "%.0f,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f,%.3f,%.4f\n", contacts, name, threads,
-                       isa_name(), ns, best, rate / 1e9, stream / 1e9, rate / stream, near / 1e9,
-                       rate / near);
+        tell("%.0f,%s,%u,%s,%.3f,%.3f,%.3f,%.3f,%.4f,%.3f,%.4f\n", contacts, name, threads, isa_name(), ns,
+             best, rate / 1e9, stream / 1e9, rate / stream, near / 1e9, rate / near);
       }
     }
   }

@@ -19,7 +19,7 @@ from typing import Any
 
 import amontons
 import conic
-from common import arguments, read, tracked, use_one_core, with_folders, write_csv
+from common import arguments, begin, read, tracked, write_csv
 
 LEVEL = 1e-4
 RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6), ("coulomb", 1e-8))
@@ -98,7 +98,7 @@ def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> dict[str, An
 
 
 def main() -> None:
-    options = with_folders(arguments(__doc__).parse_args())
+    options = begin(arguments(__doc__).parse_args())
     folder = options.data / "fclib"
     paths = sorted(folder.glob("*.hdf5"))
     if not paths:
@@ -107,8 +107,6 @@ def main() -> None:
     references = json.loads((folder / "references.json").read_text())
     if options.quick:
         paths = paths[::QUICK_STRIDE]
-    if not use_one_core():
-        print("files: this system cannot bind a process to a core; times may include other cores")
     accuracies, duels, unreached = [], [], []
     for path in tracked(paths, "files"):
         problem = read(path)

@@ -14,7 +14,6 @@ are wall clock, so that they hold on an idle core only. --only stages measures n
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,11 +22,11 @@ from typing import Any
 
 import amontons
 import amontons.scenes
-from beside.engine import Engine, Running
+from beside.engine import Engine, Timed
 from beside.engine import engines as installed
 from beside.plain import Unsupported
 from beside.scenes import plain
-from common import SAMPLE, arguments, tracked, use_one_core, with_folders, write_csv
+from common import SAMPLE, arguments, begin, tracked, write_csv
 from engine_views import exponent
 from views import grouped
 
@@ -80,25 +79,20 @@ def engines() -> Iterator[Engine]:
 
 
 @dataclass
-class Entry:
+class Entry(Timed):
     """An engine with a scene of one size under way."""
 
     engine: Engine
-    running: Running
-    times: list[float]
-    """s per step of each part"""
     spent: float = 0.0
 
-    def go_on(self, steps: int, limit: float, *, measured: bool) -> None:
-        """Step by step before the measurement, where one may take long; nothing once the time is used up."""
-        parts = [steps] if measured else [1] * steps
-        for part in parts:
-            if self.spent >= limit:
-                return
-            busy = self.running.advance(part)
-            self.spent += busy
-            if measured:
-                self.times.append(busy / part)
+    def part(self, steps: int, limit: float, times: int = 1) -> bool:
+        """So many steps, so many times; none once the processor time is used up. Whether the engine can."""
+        for _ in range(times):
+            if not self.why and self.spent < limit and self.go_on(steps):
+                self.spent += steps * self.times[-1]
+        if self.why:
+            print(f"growth: {self.engine.name} has {self.why}")
+        return not self.why
 
 
 def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float) -> list[Row]:
@@ -106,17 +100,15 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
     scene, entries = plain(family.make(size)), []
     for engine in chosen:
         try:
-            entries.append(Entry(engine, engine.start(scene, family.dt), []))
+            entries.append(Entry(engine.start(scene, family.dt), engine))
         except Unsupported as missing:
             print(f"growth: {family.name}: {engine.name} has no {missing}")
-    part = max(1, family.steps // PARTS)
-    for k in range(PARTS + 1):
-        for entry in list(entries):
-            try:
-                entry.go_on(family.before if k == 0 else part, limit, measured=k > 0)
-            except Unsupported as missing:
-                print(f"growth: {family.name}: {entry.engine.name} has no {missing}")
-                entries.remove(entry)
+    # Step by step before the measurement, where one may take long.
+    entries = [entry for entry in entries if entry.part(1, limit, times=family.before)]
+    for entry in entries:
+        entry.times.clear()
+    for _ in range(PARTS):
+        entries = [entry for entry in entries if entry.part(max(1, family.steps // PARTS), limit)]
     for entry in entries:
         entry.running.close()
     return [
@@ -163,9 +155,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.only:  # not the run whose results are kept
         options.out = options.out or SAMPLE
-    with_folders(options)
-    use_one_core()
-    warnings.simplefilter("ignore", amontons.StepWarning)
+    begin(options)
     limit = QUICK_LIMIT if options.quick else LIMIT
     rows: list[Row] = []
     for family in tracked(FAMILIES, "growth"):

@@ -26,7 +26,7 @@ from typing import Any
 import amontons
 import numpy as np
 import targets
-from common import SAMPLE, TABLES, arguments, read_csv, tracked, use_one_core, with_folders, write_csv
+from common import SAMPLE, TABLES, arguments, begin, read_csv, tracked, write_csv
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "cg")
@@ -183,7 +183,7 @@ def parsed() -> argparse.Namespace:
     # Not the run whose results are kept.
     if options.corpus or options.half != "both" or options.only or options.every or options.limit:
         options.out = options.out or SAMPLE
-    with_folders(options)
+    begin(options)
     options.every = options.every or (10 if options.quick else 6)
     options.limit = options.limit or (0.3 if options.quick else 0.5)
     return options
@@ -191,7 +191,6 @@ def parsed() -> argparse.Namespace:
 
 def main() -> None:
     options = parsed()
-    use_one_core()
     signal.signal(signal.SIGPROF, stop_now)
     warnings.simplefilter("ignore")
     known = {}

@@ -58,8 +58,7 @@ from common import SAMPLE, arguments, progress, with_folders, write_csv
 from robot import falls
 
 HERE = Path(__file__).resolve().parent
-WORKERS = {False: ("-m", "robot.run"), True: ("-m", "robot.forms")}
-"""By whether both forms of joints run."""
+WORKER: tuple[str | Path, ...] = ("-m", "robot.run")
 MISSED, MEDIANS, GAIN, ERRORS, APART = 1.0, 10.0, 0.01, 3.0, 0.01
 """From where on a row counts: missed steps (%), longest step (medians), relative gain of a step, difference
 of free motion (errors of the step), joints that are apart (lengths of the model)."""
@@ -124,10 +123,9 @@ def write_scenes(folder: Path) -> None:
 def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
     both = options.trees == "both"
-    command = [sys.executable, *WORKERS[both], path.resolve()]
+    command = [sys.executable, *WORKER, path.resolve(), "--trees", options.trees]
     command += ["--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
-    command += [] if both else ["--trees", options.trees]
     command += ["--urdf"] if content(path)[1] == "robot" else []
     with (
         tempfile.TemporaryFile("w+") as out,
@@ -242,7 +240,7 @@ def fall(options: Any) -> int:
         for row in falls.rows(options.folder, options):
             bar.update(task, item=f"{row['case']}, {row['control']}", advance=1)
             found.append(row)
-            write_csv(file, [{k: r[k] for k in falls.COLUMNS} for r in found])
+            write_csv(file, found)
     print(*falls.sums(found), f"written to {file}", sep="\n")
     return 0
 
@@ -276,7 +274,6 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="exit with 1 if a model has a fault")
     options = parser.parse_args()
     ours = options.folder is None
-    forms = options.trees == "both"
     kept = ours and not (options.only or options.duration or options.dt or options.trees == "none")
     if not kept:
         options.out = options.out or SAMPLE
@@ -289,14 +286,12 @@ def main() -> int:
         return 0 if ours else 1
     if options.fall:
         return fall(options)
-    if forms and options.scenes:
+    if options.trees == "both":
         with tempfile.TemporaryDirectory() as folder:
-            options.folder = Path(folder).resolve()
-            write_scenes(options.folder)
-            run_all(options, options.out / "scenes_forms.csv")
-        return 0
-    if forms:
-        run_all(options, options.out / "robots_forms.csv")
+            if options.scenes:
+                options.folder = Path(folder).resolve()
+                write_scenes(options.folder)
+            run_all(options, options.out / f"{'scenes' if options.scenes else 'robots'}_forms.csv")
         return 0
     rows = run_all(options, options.out / "robots.csv")
     if kept:

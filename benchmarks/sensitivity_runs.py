@@ -16,7 +16,7 @@ import amontons
 import numpy as np
 from amontons import scenes
 from common import read
-from robot.run import our_model, with_floor
+from robot.loading import our_model, with_floor
 from robots import models
 
 Row = dict[str, Any]

@@ -10,7 +10,6 @@ in the same bits. A scene ends when its simulated time has passed, or after 60 s
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass, field, replace
 from statistics import median
 from time import perf_counter
@@ -20,7 +19,7 @@ import amontons
 import amontons.scenes
 import numpy as np
 from amontons import Report
-from common import arguments, tracked, use_one_core, with_folders, write_csv
+from common import arguments, begin, tracked, write_csv
 
 MOST_WALL_CLOCK, QUICK_WALL_CLOCK = 60.0, 4.0  # s, of one scene
 AGAIN = 8.0
@@ -41,6 +40,11 @@ class Task:
     """steps per second that are wanted; 0: none"""
     cores: int = 1
     """on which"""
+
+    def simulation(self, **more: Any) -> amontons.Simulation:
+        scene = amontons.scenes.get(self.scene)
+        settings = {"dt": scene.dt, "on_failure": "ignore", **scene.options, **self.options, **more}
+        return amontons.Simulation(scene.make(**self.parameters), **settings)
 
 
 # To the default tolerance where forces are what one looks at, to 1e-3 where motion is.
@@ -66,9 +70,7 @@ TASKS = (
 
 def simulate(task: Task, most: float) -> tuple[amontons.Simulation, list[Report], float]:
     """The simulation at its end, the reports of all steps, and the wall clock of stepping (s)."""
-    scene = amontons.scenes.get(task.scene)
-    settings = {"dt": scene.dt, "on_failure": "ignore", **scene.options, **task.options}
-    simulation = amontons.Simulation(scene.make(**task.parameters), **settings)
+    simulation = task.simulation()
     reports: list[Report] = []
     start = perf_counter()
     simulation.run(
@@ -122,11 +124,8 @@ def row(task: Task, most: float) -> dict[str, Any]:
 
 
 def main() -> None:
-    options = with_folders(arguments(__doc__).parse_args())
     allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
-    if not use_one_core():
-        print("simulation: this system cannot bind a process to a core; times may include other cores")
-    warnings.simplefilter("ignore", amontons.StepWarning)  # the residuals are in the table
+    options = begin(arguments(__doc__).parse_args())
     rows: list[dict[str, Any]] = []
     for task in tracked(TASKS, "scenes"):
         result = row(task, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK)

@@ -36,15 +36,11 @@ import amontons
 import amontons.scenes
 import numpy as np
 from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape, Sphere
-from common import ROOT, SAMPLE, arguments, read_csv, with_folders, write_csv
-from rich.console import Console
-from rich.table import Table
+from common import ROOT, SAMPLE, arguments, random_controls, read_csv, told, with_folders, write_csv
 
 PROGRAM = ROOT / "build" / "python" / "benchmarks" / "step_work"
 QUICK = 5
 """Steps that count in a sample."""
-SHARE = 0.25
-"""of the range of a control: how far it is from its middle at most"""
 LEAST = 0.01
 """of a step: functions with less are not listed"""
 WHOLE = "counted_steps"
@@ -207,13 +203,9 @@ def loaded(path: Path) -> amontons.Model:
 
 
 def controls(model: amontons.Model, seed: int) -> list[float]:
-    rng = np.random.default_rng(seed)
-    given = amontons.Simulation(model).state.controls.tolist()
-    for k, drive in enumerate(model.actuators):
-        low, high = drive.lower_control, drive.upper_control
-        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
-        given[k] = min(max(0.0, low), high) + SHARE * (high - low) * float(rng.uniform(-1, 1))
-    return given
+    """Random ones of the actuators; motors of joints keep theirs."""
+    chosen = [*random_controls(model, np.random.default_rng(seed)).values()]
+    return chosen + amontons.Simulation(model).state.controls.tolist()[len(chosen) :]
 
 
 def pace_of(name: str, options: argparse.Namespace) -> Pace:
@@ -312,13 +304,11 @@ def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
         mujoco = "" if row["mujoco"] is None else f" / {float(str(row['mujoco'])):.1f}"
         text = f"{cost:.1f}{mujoco}" + (f" ({cost / other:.2f})" if other else "")
         cells.setdefault(part, {})[model] = text
-    table = Table(box=None, header_style="bold", padding=(0, 1))
-    table.add_column("thousands of instructions per step, ours / MuJoCo's")
-    for name in names:
-        table.add_column(name.removesuffix("/scene.xml").split("/")[-1], justify="right")
-    for part, line in cells.items():
-        table.add_row(part, *(line.get(name, "") for name in names))
-    Console(width=max(120, 24 + 18 * len(names))).print(table)
+    told(
+        "thousands of instructions per step, ours / MuJoCo's",
+        [name.removesuffix("/scene.xml").split("/")[-1] for name in names],
+        [[part, *(line.get(name, "") for name in names)] for part, line in cells.items()],
+    )
 
 
 def chosen(options: argparse.Namespace) -> dict[str, Callable[[], amontons.Model]]:

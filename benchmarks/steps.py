@@ -21,7 +21,7 @@ import amontons
 import numpy as np
 from amontons.report.comparison import Run, compare, single_methods
 from amontons.report.figures import convergence_figures
-from common import arguments, read, shrink, tracked, use_one_core, with_folders, write_csv
+from common import arguments, begin, read, shrink, tracked, write_csv
 
 SCENES = ("B1_s30", "B3_s10", "B3T_s10", "B4_s60", "B4_impact+5")
 REPEATS = 5
@@ -105,15 +105,13 @@ def method_row(run: Run, law: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    options = with_folders(arguments(__doc__).parse_args())
+    options = begin(arguments(__doc__).parse_args())
     folder = options.data / "chrono"
     if not (folder / f"{SCENES[0]}.hdf5").exists():
         print(
             f"steps: skipped, no {SCENES[0]}.hdf5 in {folder}; give the folder that holds chrono/ with --data"
         )
         return
-    if not use_one_core():
-        print("steps: this system cannot bind a process to a core; times may include other cores")
     problems = {scene: read(folder / f"{scene}.hdf5") for scene in SCENES}
     steps = []
     for task in tracked(TASKS, "steps"):

@@ -25,22 +25,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
-import amontons
-from common import (
-    FIGURES,
-    RESULTS,
-    SAMPLE,
-    arguments,
-    read_csv,
-    tracked,
-    use_one_core,
-    with_folders,
-    write_csv,
-)
+from common import FIGURES, RESULTS, SAMPLE, arguments, begin, read_csv, tracked, write_csv
 
 from .compete import REFERENCE, checked, compete, shown
 from .engine import NAMES, Engine, engines, stop
@@ -103,9 +91,7 @@ def main() -> int:
         options.out = options.out or SAMPLE
     if not (options.quick or options.out):
         options.out, options.figures = RESULTS / "beside", options.figures or FIGURES
-    with_folders(options)
-    use_one_core()
-    warnings.simplefilter("ignore", amontons.StepWarning)
+    begin(options)
     limit = options.limit or (QUICK_LIMIT if options.quick else LIMIT)
     chosen = [c for c in every if c.quick or options.scenes or not options.quick]
     chosen = [c for c in chosen if not options.scenes or c.key.startswith(tuple(options.scenes))]

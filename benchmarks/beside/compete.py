@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from datetime import date
-from statistics import median
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from common import processor
 
-from .engine import Engine, Running, engines
+from .engine import Engine, Running, Timed, engines
 from .measure import Measure
 from .pieces import deviation
 from .plain import Motion, Scene, Unsupported
@@ -25,18 +21,13 @@ Row = dict[str, Any]
 
 
 @dataclass
-class Entry:
+class Entry(Timed):
     """An engine with a scene under way."""
 
     engine: Engine
-    running: Running
     measure: Measure
-    times: list[float] = field(default_factory=list)
-    """s per step of each part"""
     forces: bool = True
     """whether it tells them"""
-    why: str = ""
-    """it made no further part"""
     restored: float | str = ""
     repeated: float | str = ""
     deviation: float | str = ""
@@ -58,11 +49,11 @@ def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: in
             missing.append(lacking(case, engine, steps_per_dt, f"no {lack}"))
             continue
         forces = bool(scene.geoms)  # of bodies that touch; a file has none here
-        entries.append(Entry(engine, running, Measure(case, model, scene, PARTS), forces=forces))
+        entries.append(Entry(running, engine, Measure(case, model, scene, PARTS), forces=forces))
     for _ in range(PARTS):
         for entry in entries:
             if not entry.why:
-                go_on(entry, steps, dt, limit)
+                advance(entry, steps, dt, limit)
     reference = next((e.times for e in entries if e.engine.name == REFERENCE), [])
     for entry in entries:
         if not entry.why and steps_per_dt == 1:
@@ -78,14 +69,15 @@ def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: in
     return [row_of(case, entry, steps, steps_per_dt, reference) for entry in entries if entry.times]
 
 
-def go_on(entry: Entry, steps: int, dt: float, limit: float) -> None:
+def advance(entry: Entry, steps: int, dt: float, limit: float) -> None:
+    if not entry.go_on(steps):
+        return
     try:
-        time = entry.running.advance(steps)
         motion = entry.running.motion()
     except Unsupported as missing:
         entry.why = f"no {missing}"
+        entry.times.pop()
         return
-    entry.times.append(time / steps)
     entry.measure.look(motion)
     if len(entry.times) == PARTS // 4:
         entry.early = motion
@@ -134,23 +126,17 @@ def lacking(case: Case, engine: Engine, steps_per_dt: int, why: str) -> Row:
 
 
 def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: Sequence[float]) -> Row:
-    """`step`: the mean (s); `ratio`: to the reference, the median of equal parts, so that a disturbance of
-    some parts does not count. `load`: programs that ran in the last minute, over all cores."""
-    pairs = list(zip(entry.times, reference, strict=False))
-    done = len(entry.times) / PARTS
-    mean = sum(entry.times) / len(entry.times)
-    dt = case.dt / steps_per_dt
+    done, dt = len(entry.times) / PARTS, case.dt / steps_per_dt
+    timed = entry.columns(steps, dt, reference)
     variant = entry.engine.variant
     return {
         "scene": case.key, "case": case.name, "family": entry.engine.key, "engine": variant.name,
         "version": entry.running.version, "options": " ".join(f"{k}={v}" for k, v in variant.options.items()),
         "manual": variant.manual, "tuned": variant.tuned, "steps_per_dt": steps_per_dt, "dt": dt,
-        "steps": steps * len(entry.times), "step": mean, "cost": mean / dt,
-        "ratio": median(a / b for a, b in pairs) if pairs else "",
+        "steps": timed["timed"], **{key: timed.pop(key) for key in ("step", "cost", "ratio")},
         **entry.measure.verdict(done), "restored": entry.restored, "repeated": entry.repeated,
         "deviation": entry.deviation, "ended": "" if done == 1 else entry.why,
-        "timed": steps * len(entry.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
-        "timed_on": date.today().isoformat(), "date": date.today().isoformat(),
+        **timed, "date": timed["timed_on"],
     }  # fmt: skip
 
 

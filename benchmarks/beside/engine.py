@@ -11,14 +11,17 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from functools import cache
 from pathlib import Path
+from statistics import fmean, median
 from types import ModuleType
 from typing import Any
 
 import numpy as np
+from common import processor
 
 from .plain import Motion, Scene, Unsupported
 from .variant import Variant
@@ -102,6 +105,36 @@ class Running:
     def close(self) -> None:
         with contextlib.suppress(Unsupported):
             self.worker.ask(do="close", where=self.where)
+
+
+@dataclass
+class Timed:
+    """A scene under way that takes turns with others."""
+
+    running: Running
+    times: list[float] = field(default_factory=list, kw_only=True)
+    """processor time per step of each part (s)"""
+    why: str = field(default="", kw_only=True)
+    """it makes no further part"""
+
+    def go_on(self, steps: int) -> bool:
+        """Whether the part was made."""
+        try:
+            self.times.append(self.running.advance(steps) / steps)
+        except Unsupported as missing:
+            self.why = f"no {missing}"
+        return not self.why
+
+    def columns(self, steps: int, dt: float, reference: Sequence[float]) -> dict[str, Any]:
+        """`step`: the mean (s); `ratio`: to the reference, the median of equal parts of so many steps, so
+        that a disturbance of some does not count. `load`: programs that ran in the last minute, over all
+        cores."""
+        mean, pairs = fmean(self.times), list(zip(self.times, reference, strict=False))
+        return {
+            "step": mean, "cost": mean / dt, "ratio": median(a / b for a, b in pairs) if pairs else "",
+            "timed": steps * len(self.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
+            "timed_on": date.today().isoformat(),
+        }  # fmt: skip
 
 
 _workers: dict[str, Worker] = {}

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from datetime import date
-from statistics import median
+from dataclasses import dataclass
 from typing import Any
 
-from common import processor
-
 from .compete import PARTS, REFERENCE
-from .engine import Engine, Running
+from .engine import Engine, Running, Timed
 from .plain import Unsupported
 from .scenes import Case
 
@@ -22,15 +17,10 @@ Row = dict[str, Any]
 
 
 @dataclass
-class _Timed:
+class _Timed(Timed):
     row: Row
-    running: Running
     steps: int
     """of a part"""
-    times: list[float] = field(default_factory=list)
-    """s per step of each part"""
-    ended: bool = False
-    """it makes no further part"""
 
 
 def renew(case: Case, rows: Sequence[Row], engines: Iterable[Engine], limit: float) -> None:
@@ -49,46 +39,32 @@ def renew(case: Case, rows: Sequence[Row], engines: Iterable[Engine], limit: flo
                 print(f"beside: {row['case']}: {row['engine']}: no {lack}")
                 continue
             fitting = max(1, int(limit / 4 / float(row["step"])))
-            found.append(_Timed(row, running, min(steps, fitting), ended=not same_version(row, running)))
+            found.append(_Timed(running, row, min(steps, fitting), why=other_version(row, running)))
     for _ in range(PARTS):
         for one in found:
-            if not one.ended:
+            if not one.why:
                 _advance(one, limit)
     others = next((one.times for one in found if one.row["engine"] == REFERENCE), [])
     for one in found:
         one.running.close()
         if one.times:
-            one.row.update(_columns(one, dt, others))
+            one.row.update(one.columns(one.steps, dt, others))
 
 
-def same_version(row: Row, running: Running) -> bool:
-    """Whether the errors of a row are of this version; says so if not."""
+def other_version(row: Row, running: Running) -> str:
+    """Says so where the errors of a row are not of this version."""
     if running.version == row["version"]:
-        return True
-    print(f"beside: {row['engine']} is {running.version} here, {row['version']} in the table: run it whole")
-    return False
+        return ""
+    why = f"{row['engine']} is {running.version} here, {row['version']} in the table: run it whole"
+    print(f"beside: {why}")
+    return why
 
 
 def _advance(one: _Timed, limit: float) -> None:
-    try:
-        one.times.append(one.running.advance(one.steps) / one.steps)
-    except Unsupported as missing:
-        print(f"beside: {one.row['case']}: {one.row['engine']}: no {missing}")
-        one.ended = True
+    if not one.go_on(one.steps):
+        print(f"beside: {one.row['case']}: {one.row['engine']}: {one.why}")
         return
+    made = one.steps * len(one.times)
     # A run that ended early did so for a reason: bodies that are lost cost nothing, or too much.
-    one.ended = _made(one) >= int(one.row["steps"]) or sum(one.times) * one.steps > limit
-
-
-def _made(one: _Timed) -> int:
-    return one.steps * len(one.times)
-
-
-def _columns(one: _Timed, dt: float, others: Sequence[float]) -> Row:
-    mean = sum(one.times) / len(one.times)
-    pairs = list(zip(one.times, others, strict=False))
-    return {
-        "step": mean, "cost": mean / dt, "ratio": median(a / b for a, b in pairs) if pairs else "",
-        "timed": _made(one), "machine": processor(), "load": round(os.getloadavg()[0], 1),
-        "timed_on": date.today().isoformat(),
-    }  # fmt: skip
+    if made >= int(one.row["steps"]) or sum(one.times) * one.steps > limit:
+        one.why = "its time is known"

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import amontons
 import numpy as np
 import scipy.sparse as sp
-from common import RESULTS, arguments, read, read_csv, tracked, use_one_core, with_folders, write_csv
+from common import RESULTS, arguments, begin, read, read_csv, tracked, write_csv
 
 from .engine import ENVIRONMENTS, Worker
 from .plain import Unsupported
@@ -143,14 +143,13 @@ def main() -> None:
     parser.add_argument("--only", choices=("files", "steps"), help="renews the rows of these alone")
     options = parser.parse_args()
     named = options.out
-    options = with_folders(options)
+    options = begin(options)
     if options.complete and named is None:
         options.out = RESULTS / "beside"
     python = interpreter()
     if python is None:
         print("solvers: skipped, Siconos is not installed (python3-siconos)")
         return
-    use_one_core()
     problems: list[tuple[str, amontons.vi.Problem]] = []
     if options.only != "steps":
         problems += files(options.data, options.quick)

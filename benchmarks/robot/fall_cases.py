@@ -162,17 +162,8 @@ def wheels_and_pile() -> str:
 
 
 def pad_and_pile() -> str:
-    """A pad on two slides that holds the upper boxes of a pyramid by adhesion."""
-    arm = (
-        '<body pos="0 0 .21"><joint name="z" type="slide" axis="0 0 1" damping="2"/>'
-        '<joint name="x" type="slide" axis="1 0 0" damping="2"/>'
-        f'<body name="pad">{box((0.04, 0.04, 0.01), 0.2)}</body></body>'
-    )
-    drives = (
-        '<adhesion body="pad" ctrlrange="0 1" gain="20"/><position joint="z" kp="200" ctrlrange="-.05 .1"/>'
-        '<position joint="x" kp="50" ctrlrange="-.1 .1"/>'
-    )
-    return model(arm + pyramid(4, 0.025, (0.0, 0.0), 0.05), drives)
+    """A pad that holds the upper boxes of a pyramid."""
+    return pad_over(pyramid(4, 0.025, (0.0, 0.0), 0.05), ".21", "-.05 .1")
 
 
 def puzzle_cube() -> str:
@@ -221,17 +212,22 @@ def gripper() -> str:
 
 
 def pad() -> str:
-    """A pad on two slides that holds a box by adhesion."""
+    """A pad that holds a box."""
+    return pad_over(free((0.005, 0.003, 0.0501), box((0.05, 0.05, 0.05), 0.3)), ".3", "-.25 0")
+
+
+def pad_over(what: str, height: str, lift: str) -> str:
+    """A pad on two slides, so high (m) and moved so far (m), that holds by adhesion what is below."""
     arm = (
-        '<body pos="0 0 .3"><joint name="z" type="slide" axis="0 0 1" damping="2"/>'
+        f'<body pos="0 0 {height}"><joint name="z" type="slide" axis="0 0 1" damping="2"/>'
         '<joint name="x" type="slide" axis="1 0 0" damping="2"/>'
         f'<body name="pad">{box((0.04, 0.04, 0.01), 0.2)}</body></body>'
     )
     drives = (
-        '<adhesion body="pad" ctrlrange="0 1" gain="20"/><position joint="z" kp="200" ctrlrange="-.25 0"/>'
+        f'<adhesion body="pad" ctrlrange="0 1" gain="20"/><position joint="z" kp="200" ctrlrange="{lift}"/>'
         '<position joint="x" kp="50" ctrlrange="-.1 .1"/>'
     )
-    return model(arm + free((0.005, 0.003, 0.0501), box((0.05, 0.05, 0.05), 0.3)), drives)
+    return model(arm + what, drives)
 
 
 def cards(levels: int = 4) -> str:

@@ -20,6 +20,7 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
+from common import control_range
 
 from robot.fall_cases import cases, large_cases
 from robot.motion import mujoco_actuator
@@ -34,14 +35,6 @@ LONG, SHORT = 10.0, 2e-3
 """A step stalls above so many medians, if it takes longer than this (s)."""
 DIRECT = ("elimination", "warm start", "none")
 """Methods of the report that leave nothing to the order of methods."""
-COLUMNS = (
-    "case", "control", "trees", "steps", "contacts", "most_contacts", "mujoco_contacts", "joint_rows",
-    "factorizations", "factorizations_90", "factorizations_mean", "most_factorizations", "above_few",
-    "products_mean", "most_products", "missed", "stalled", "ordered", "methods", "step", "longest",
-    "solve_share", "solve", "mujoco_step", "ratio", "ratio_of_run",
-)  # fmt: skip
-"""Contacts, factorisations, step, solve and mujoco_step (s) are medians; above_few: share of steps (%);
-ordered: steps that a method of the order ended."""
 Row = dict[str, Any]
 
 
@@ -80,9 +73,7 @@ def fall(path: Path, control: str, trees: str, duration: float, limit: float) ->
 
 def turn_to(model: amontons.Model, ours: amontons.Simulation, theirs: Any, data: Any, rng: Any) -> None:
     for drive in model.actuators:
-        low, high = drive.lower_control, drive.upper_control
-        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
-        value = float(rng.uniform(low, high))
+        value = float(rng.uniform(*control_range(drive)))
         ours.set_control(drive.name, value)
         data.ctrl[mujoco_actuator(theirs, drive.name)] = value
 
@@ -101,6 +92,8 @@ def both(ours: amontons.Simulation, theirs: Any, data: Any) -> Row:
 
 
 def facts(steps: list[Row]) -> Row:
+    """Contacts, factorisations, step, solve and mujoco_step (s) are medians; above_few: share of steps (%);
+    ordered: steps that a method of the order ended."""
     touching = [s for s in steps if s["contacts"]] or steps
 
     def of(key: str, some: list[Row] = touching) -> Any:

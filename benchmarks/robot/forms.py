@@ -1,20 +1,14 @@
-"""One model file with joints as rows, with trees, and in MuJoCo: the worker of robots.py --trees both.
-
-    PYTHONPATH=benchmarks python -m robot.forms FILE --duration 2 --dt 2e-3 --limit 60
+"""One model file with joints as rows, with trees, and in MuJoCo: robot/run.py --trees both.
 
 All three have the same step and the same constant random controls, and take turns of 50 steps, so that what
-else runs on the machine slows all of them alike. Prints a JSON object: medians of processor time per step,
-and what each form reached.
+else runs on the machine slows all of them alike.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import warnings
 from dataclasses import replace
-from pathlib import Path
 from statistics import median
 from time import perf_counter, thread_time_ns
 from typing import Any
@@ -22,10 +16,11 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
+from common import random_controls
 
+from robot.loading import both_models
 from robot.motion import mujoco_actuator
-from robot.run import our_model, their_model, with_floor
-from robot.trials import SHARE, joint_error
+from robot.trials import joint_error
 
 TURN = 50
 """Steps of one program before the next one has its turn."""
@@ -85,29 +80,17 @@ def counted(times: list[float]) -> list[float]:
     return times[int(WARM * len(times)) :]
 
 
-def random_controls(model: amontons.Model) -> dict[str, float]:
-    rng, chosen = np.random.default_rng(1), {}
-    for drive in model.actuators:
-        low, high = drive.lower_control, drive.upper_control
-        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
-        chosen[drive.name] = min(max(0.0, low), high) + SHARE * (high - low) * float(rng.uniform(-1, 1))
-    return chosen
-
-
 def compare(options: argparse.Namespace) -> dict[str, Any]:
-    start = perf_counter()
-    model, facts = our_model(options.file)
-    row = {key: facts[key] for key in ("load", "what")}
-    floor = None
-    if model is not None and options.urdf:
-        model, floor = with_floor(model)
-    theirs, row["mujoco_refuses"] = their_model(options.file, options.urdf, floor)
+    """Medians of processor time per step (s), and what each form reached."""
+    start, dt = perf_counter(), options.dt or 2e-3
+    model, theirs, facts = both_models(options.file, options.urdf)
+    row = {key: facts[key] for key in ("load", "what", "mujoco_refuses")}
     if model is None:
         return row
-    controls = random_controls(model)
-    ours = {form: Ours(replace(model, trees=trees), options.dt, controls) for form, trees in FORMS.items()}
-    others = [] if theirs is None else [Theirs(theirs, options.dt, controls)]
-    row["wanted_steps"] = math.ceil(options.duration / options.dt - 1e-9)
+    controls = random_controls(model, np.random.default_rng(1))
+    ours = {form: Ours(replace(model, trees=trees), dt, controls) for form, trees in FORMS.items()}
+    others = [] if theirs is None else [Theirs(theirs, dt, controls)]
+    row["wanted_steps"] = math.ceil(options.duration / dt - 1e-9)
     row["stopped"] = ""
     row["steps"] = 0
     while row["steps"] < row["wanted_steps"] and perf_counter() < start + 0.9 * options.limit:
@@ -129,19 +112,3 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
         row["mujoco"] = median(counted(others[0].times))
         row["trees_to_mujoco"] = row["trees"] / row["mujoco"]
     return row
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("file", type=Path)
-    parser.add_argument("--duration", type=float, default=2.0)
-    parser.add_argument("--dt", type=float, default=2e-3)
-    parser.add_argument("--limit", type=float, default=60.0)
-    parser.add_argument("--urdf", action="store_true")
-    options = parser.parse_args()
-    warnings.simplefilter("ignore", amontons.StepWarning)
-    print(json.dumps(compare(options)), flush=True)
-
-
-if __name__ == "__main__":
-    main()

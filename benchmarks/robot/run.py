@@ -1,9 +1,9 @@
 """One model file beside MuJoCo, in a process of its own: the worker of robots.py.
 
-    PYTHONPATH=benchmarks python -m robot.run FILE --duration 2 --dt 5e-3 --limit 60
+    PYTHONPATH=benchmarks python -m robot.run FILE --duration 2 --dt 5e-3 --limit 60 [--trees both]
 
 Prints a JSON object per stage, each with all that is known so far, so that a stall or a crash leaves what
-came before it.
+came before it. With --trees both there is one stage, that of robot/forms.py.
 """
 
 from __future__ import annotations
@@ -11,10 +11,8 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -25,6 +23,8 @@ import amontons
 import mujoco
 
 from robot.energy import Energy
+from robot.forms import compare
+from robot.loading import beside, our_model
 from robot.motion import Ends, free_motion
 from robot.trials import driven, joint_error, keyframes
 
@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=2.0)
     parser.add_argument("--dt", type=float)
     parser.add_argument("--limit", type=float, default=60.0)
-    parser.add_argument("--trees", choices=("none", "auto"), default="auto")
+    parser.add_argument("--trees", choices=("none", "auto", "both"), default="auto")
     parser.add_argument("--urdf", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore", amontons.StepWarning)
@@ -49,14 +49,14 @@ def main() -> None:
 
 def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """What is known after each stage; one that runs out of its share of the limit leaves the rest theirs."""
+    if options.trees == "both":
+        yield compare(options)
+        return
     start = perf_counter()
     model, facts = our_model(options.file, options.trees)
     yield {**facts, "load_time": perf_counter() - start}
-    floor = None
-    if model is not None and options.urdf:
-        model, floor = with_floor(model)
-    theirs, refusal = their_model(options.file, options.urdf, floor)
-    yield {"mujoco_refuses": refusal, "floor": floor}
+    model, theirs, facts = beside(model, options.file, options.urdf)
+    yield facts
     if theirs is not None:
         yield their_run(theirs, options.duration)
     if model is None:
@@ -74,65 +74,6 @@ def stages(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     ends = Ends.of(model, theirs)
     yield free_motion(model, theirs, ends, start + 0.85 * options.limit)
     yield {"compared": True}
-
-
-# Loading
-
-
-def their_model(path: Path, urdf: bool, floor: float | None) -> tuple[Any, str]:
-    """MuJoCo's model, or None with what it says; a URDF with the base, meshes and floor that ours has."""
-    try:
-        if urdf:
-            return compiled_urdf(path, floor), ""
-        return mujoco.MjModel.from_xml_path(str(path)), ""
-    except (ValueError, mujoco.FatalError, amontons.InputError, OSError) as error:
-        return None, " ".join(str(error).split())[:300]
-
-
-def compiled_urdf(path: Path, floor: float | None) -> Any:
-    """MuJoCo's own reader knows neither packages nor free bases, so the preparation is ours."""
-    from amontons.io.models import compiled_model
-
-    compiled = compiled_model(path)
-    if floor is None:
-        return compiled.model
-    plane = mujoco.mjtGeom.mjGEOM_PLANE
-    compiled.spec.worldbody.add_geom(type=plane, size=(0, 0, 1), pos=(0, 0, floor))
-    return compiled.spec.compile()
-
-
-def our_model(path: Path, trees: str = "auto") -> tuple[amontons.Model | None, dict[str, Any]]:
-    """The model as it loads, or None if it is refused; and what of the file was not read."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the model has the list
-        try:
-            model = replace(amontons.load_model(path), trees=trees)
-        except (amontons.InputError, OSError) as error:
-            return None, {"load": "refused", "what": " ".join(str(error).split())[:1000]}
-    what = [re.sub(r"^\S*/", "", str(entry)) for entry in model.unread]  # the file without its folders
-    changes = sum(entry.changes_motion for entry in model.unread)
-    facts = {"load": "ok", "not_read": len(what), "changes_motion": changes, "bodies": len(model.bodies)}
-    return model, {**facts, "what": "; ".join(what)[:1000]}
-
-
-def with_floor(model: amontons.Model) -> tuple[amontons.Model, float | None]:
-    """A robot that floats, on a plane at its lowest point, and where that is: URDF has no floors."""
-    if not any(c.kind == "free" for c in model.coordinates.values()):
-        return model, None
-    try:
-        standing = amontons.on_floor(model)
-    except amontons.InputError:  # nothing that could touch it
-        return model, None
-    height = model.bodies[0].pose.position[2] - standing.bodies[0].pose.position[2]
-    builder = amontons.ModelBuilder(
-        gravity=model.gravity, friction_rule=model.friction_rule, trees=model.trees
-    )
-    builder.add_model(model)
-    builder.add_floor(height=height, material=amontons.Material(friction=1.0))  # MuJoCo's default
-    return builder.build(), height
-
-
-# Runs
 
 
 def their_run(m: Any, duration: float) -> dict[str, Any]:

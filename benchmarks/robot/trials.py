@@ -10,11 +10,11 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
+from common import SHARE, random_controls
 
 from robot.energy import Energy
 
 KEYFRAME, DRIVEN = 0.1, 1.0  # s: how long they run
-SHARE = 0.25  # of the range of a control or coordinate: how far targets are from its middle at most
 FREQUENCY = 20.0  # rad/s, of the servos that joints without any get, critically damped
 
 
@@ -68,11 +68,8 @@ def driven(model: amontons.Model, until: float) -> dict[str, Any]:
     elif not model.actuators:
         return {"driven": ""}
     simulation = amontons.Simulation(model, on_failure="ignore")
-    for drive in model.actuators:
-        low, high = drive.lower_control, drive.upper_control
-        low, high = (low, high) if math.isfinite(high - low) else (-1.0, 1.0)
-        middle = min(max(0.0, low), high)
-        simulation.set_control(drive.name, middle + SHARE * (high - low) * rng.uniform(-1, 1))
+    for name, value in random_controls(model, rng).items():
+        simulation.set_control(name, value)
     energy, worst = Energy(simulation), {"missed": 0, "residual": 0.0, "joint_error": 0.0}
     steps, wanted = 0, math.ceil(DRIVEN / simulation.dt)
     stopped = ""

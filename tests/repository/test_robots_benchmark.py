@@ -85,7 +85,7 @@ def test_a_crash(robots, monkeypatch, tmp_path):
     (tmp_path / "ball.xml").write_text(BALL)
     worker = tmp_path / "worker.py"
     worker.write_text('print(\'{"load": "ok", "bodies": 3}\', flush=True); raise SystemExit(\'gone\')')
-    monkeypatch.setattr(robots, "WORKERS", {False: (worker,)})
+    monkeypatch.setattr(robots, "WORKER", (worker,))
     rows = run(robots, monkeypatch, tmp_path)
     assert rows["ball.xml"]["outcome"] == "crashed (1): gone"
     assert rows["ball.xml"]["bodies"] == "3"
