@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from statistics import linear_regression, median
 from typing import Any
 
@@ -11,7 +11,6 @@ from beside.figure import error, finished, label
 from targets import accuracy
 from views import Results, Row, Rows, Spec, digits, grouped, table, view
 
-SHOWN_BESIDE = ("incline-0.99", "plates-1000", "four-bar")
 WALL, ROBOT, SLOPE = "B4 wall under impact", "quadruped", "incline-0.99"
 OURS, OTHER = "amontons, 1e-6", "MuJoCo"
 
@@ -60,11 +59,6 @@ def least(beside: Rows, case: str, family: str) -> tuple[str, str]:
     return shown, digits(found["cost"], 1e3)
 
 
-def cases_and_families(beside: Rows, only: Sequence[str] = ()) -> tuple[list[str], list[str]]:
-    cases = dict.fromkeys(row["case"] for row in beside if not only or row["scene"] in only)
-    return list(cases), list(dict.fromkeys(row["family"] for row in beside))
-
-
 def versions(beside: Rows) -> str:
     """Which versions were measured, and when."""
     found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
@@ -72,20 +66,9 @@ def versions(beside: Rows) -> str:
     return f"Measured with {', '.join(found)}; {' to '.join(dict.fromkeys((dates[0], dates[-1])))}."
 
 
-def engines_table(beside: Rows, only: Sequence[str]) -> str:
-    """An engine a row, two columns for each of a few scenes: the least error and its cost."""
-    cases, families = cases_and_families(beside, only)
-    lines = [
-        (label(family), *(text for case in cases for text in least(beside, case, family)))
-        for family in families
-    ]
-    header = [text for case in cases for text in (f"{case}: error (mm)", "time (ms/s)")]
-    return table(("engine", *header), lines)
-
-
 def summary_table(beside: Rows) -> str:
     """A scene a row, two columns for each engine: the least error and its cost."""
-    cases, families = cases_and_families(beside)
+    cases, families = (list(dict.fromkeys(row[key] for row in beside)) for key in ("case", "family"))
     lines = [(case, *(text for family in families for text in least(beside, case, family))) for case in cases]
     header = [text for family in families for text in (f"{label(family)} (mm)", "(ms/s)")]
     return table(("scene: error, time per simulated second", *header), lines)

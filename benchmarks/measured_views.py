@@ -13,23 +13,35 @@ def errors(row: Row) -> str:
 
 
 def tosses(rows: Rows) -> str:
-    """One line for each engine, scale and coefficients; errors over steps per sample."""
-    parts = []
-    for (scale,), own in grouped(rows, "scale").items():
-        lines = []
-        for (engine,), mine in grouped(own, "engine").items():
-            given = {r["steps_per_sample"]: r for r in mine if r["coefficients"] == "given"}
-            held = {r["coefficients"]: r for r in mine}
-            fitted = held["fitted, held out"]
-            values = (short(fitted[key]) for key in ("friction", "restitution") if fitted[key] != "")
-            lines.append([
-                engine, *(errors(given[k]) if k in given else "" for k in ("1", "2", "4", "8")),
-                errors(held["given, held out"]), errors(fitted), ", ".join(values),
-            ])  # fmt: skip
-        header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
-        title = "Lengths as tracked" if scale == "as tracked" else "Lengths corrected by 2.2 %"
-        parts.append(f"{title}, % of the width / deg:\n\n{table(header, lines)}")
-    return "\n\n".join([*parts, f"Other coefficients, 1 step, as tracked:\n\n{varied(rows)}"])
+    """One line for each engine and its coefficients; errors over steps per sample, lengths as tracked."""
+    lines = []
+    tracked = [row for row in rows if row["scale"] == "as tracked"]
+    for (engine,), mine in grouped(tracked, "engine").items():
+        given = {r["steps_per_sample"]: r for r in mine if r["coefficients"] == "given"}
+        held = {r["coefficients"]: r for r in mine}
+        fitted = held["fitted, held out"]
+        values = (short(fitted[key]) for key in ("friction", "restitution") if fitted[key] != "")
+        lines.append([
+            engine, *(errors(given[k]) if k in given else "" for k in ("1", "2", "4", "8")),
+            errors(held["given, held out"]), errors(fitted), ", ".join(values),
+        ])  # fmt: skip
+    header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
+    return (
+        f"Lengths as tracked, % of the width / deg:\n\n{table(header, lines)}\n\n{corrected(rows)}\n\n"
+        f"Other coefficients, 1 step, as tracked:\n\n{varied(rows)}"
+    )
+
+
+def corrected(rows: Rows) -> str:
+    """How far corrected lengths change the error of an engine with the given coefficients."""
+    found = {
+        (row["scale"] == "as tracked", row["engine"], row["steps_per_sample"]): float(row["position_percent"])
+        for row in rows
+        if row["coefficients"] == "given"
+    }
+    changes = [value - found[True, *key] for (tracked, *key), value in found.items() if not tracked]
+    span = f"{min(changes):.1f} to {max(changes):.1f} %"
+    return f"Lengths corrected by 2.2 % change an error by {span} of the width."
 
 
 def varied(rows: Rows) -> str:

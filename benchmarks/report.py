@@ -16,12 +16,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from common import ROOT
-from engine_views import SHOWN_BESIDE, curves, engines_table, growth_words, numbers, versions
+from engine_views import curves, growth_words, numbers, versions
 from measured_views import AGAINST
 from targets import feasible, file_targets, ratio, targets
 from views import Results, Row, Rows, Spec, cell, digits, milliseconds, table, view
 
-# docs/benchmarks.md and the README.
+# docs/benchmarks.md.
 
 
 def more_cores(s: Row) -> str:
@@ -38,21 +38,6 @@ SCENES: dict[str, Spec] = {
 UNSOLVED: dict[str, Spec] = {
     "file": "file", "law": "law", "tolerance": "tolerance .1e", "residual": "residual .1e",
     "status": "status", "time (ms)": "time ms",
-}  # fmt: skip
-SHOWN = {
-    "B1 network": "lattice of 1000 parts on joints",
-    "B3 plates 1:100": "stack of 20 plates, masses 1:100, soon asleep",
-    "B4 wall under impact": "wall of 750 bricks hit by a ball",
-    "B4 wall under impact, 1e-2": "the same wall, larger tolerance",
-    "tracked vehicle": "tracked vehicle on loose slabs",
-    "hopper": "400 grains in a hopper",
-    "10000 spheres": "10000 grains in a box",
-}
-"""Scenes of the README: the name in simulation.csv, and words for a reader who does not know these names."""
-MEASURED: dict[str, Spec] = {
-    "Scene": lambda s: SHOWN[s["name"]], "Bodies": "bodies", "Contacts": "contacts .0f",
-    "Time step (ms)": "dt ms", "Tolerance": "tolerance .0e", "Time per step (ms)": "step ms",
-    "Real-time factor": "real_time_factor x1",
 }  # fmt: skip
 
 
@@ -107,27 +92,21 @@ def summary(r: Results, link: str) -> str:
     if orders := r["orders"]:
         lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link), orders_table(orders)]
     unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
-    lines += ["### Files that were not solved", r.origin("files")]
+    lines += ["### Files that were not solved", r.origin("files"), files_solved(r)]
     lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
     return "\n\n".join(lines)
 
 
-def measured(r: Results, link: str) -> str:
-    """The part of the README: some scenes, and one sentence on the solver alone."""
-    origin = r.origin("simulation", "files")
-    lines = [f"One core; `make bench` ([all results]({link}/tables.csv)). {origin}."]
-    if scenes := r["simulation"]:
-        lines.append(view([s for s in scenes if s["name"] in SHOWN], MEASURED))
-    facts = {what: reached for what, _, reached, _ in file_targets(r)}
-    solved = [(what, reached) for what, reached in facts.items() if re.fullmatch("files .* coulomb", what)]
-    if solved:
-        reached = ", ".join(f"{what.split()[3].rstrip(',')}: {count}" for what, count in solved)
-        lines.append(
-            "Contact problems of other engines (FCLIB), the solver alone, with Coulomb's law, to a residual "
-            f"of {reached}."
-        )
-        lines += [f"With `associated`, the {what} is {t}." for what, t in facts.items() if "Clarabel" in what]
-    return "\n\n".join(lines)
+def files_solved(r: Results) -> str:
+    """How many contact problems of other engines are solved, and the time beside Clarabel's."""
+    facts = {what: found for what, _, found, _ in file_targets(r)}
+    solved = [(what, found) for what, found in facts.items() if re.fullmatch("files .* coulomb", what)]
+    found = ", ".join(f"{what.split()[3].rstrip(',')}: {count}" for what, count in solved)
+    lines = [f"Solved with Coulomb's law, to a residual of {found}."] if solved else []
+    lines += [
+        f"With `associated`, the {what} is {time}." for what, time in facts.items() if "Clarabel" in what
+    ]
+    return " ".join(lines)
 
 
 # docs/choosing.md.
@@ -151,32 +130,17 @@ def choosing_table(r: Results, link: str) -> str:
     return "\n\n".join(parts)
 
 
-def reached(rows: Rows) -> str:
-    """For each law and hard scene the methods that reach 1e-3, and 1e-6."""
-    lines = []
-    for law in ("associated", "coulomb"):
-        for scene in ("B3_s10", "B4_s60", "B4_impact+5"):
-            mine = [row for row in rows if (row["scene"], row["law"]) == (scene, law)]
-            cells = (
-                ", ".join(f"`{row['method']}`" for row in mine if row[f"products_{level}"]) or "none"
-                for level in ("1e-03", "1e-06")
-            )
-            lines.append((f"{scene}, `{law}`", *cells))
-    return table(("step, law", "1e-3", "1e-6"), lines)
-
-
 def profile_table(r: Results) -> str:
-    """For each half of the corpus, how often auto and each method alone are near the best method."""
-    lines, profile = [], r["profile"]
-    for half in ("tuning", "held-out"):
-        methods, rows = feasible(profile, half)
-        for method in ("auto", *methods):
-            ratios = sorted(ratio(row, method, methods) for row in rows)
-            within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
-            middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
-            failed = f"{sum(not row[method] for row in rows)}"
-            lines.append((half, f"`{method}`", f"{len(rows)}", *within, middle, failed))
-    header = ("half", "method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
+    """On the held-out half of the corpus, how often auto and each method alone are near the best method."""
+    lines = []
+    methods, rows = feasible(r["profile"], "held-out")
+    for method in ("auto", *methods):
+        ratios = sorted(ratio(row, method, methods) for row in rows)
+        within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
+        middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
+        failed = f"{sum(not row[method] for row in rows)}"
+        lines.append((f"`{method}`", f"{len(rows)}", *within, middle, failed))
+    header = ("method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
     return table(header, lines)
 
 
@@ -267,13 +231,10 @@ def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
     beside = r["beside"]
     yield "README.md", "numbers", lambda link: numbers(r, "docs/benchmarks.md", "docs/engines.md")
     yield "docs/index.md", "numbers", lambda link: numbers(r, "benchmarks.md", "engines.md")
-    yield "README.md", "measured", lambda link: measured(r, link)
-    yield "README.md", "beside", lambda link: f"{engines_table(beside, SHOWN_BESIDE)}\n\n{versions(beside)}"
     yield "docs/engines.md", "versions", lambda link: versions(beside)
     yield "docs/benchmarks.md", "results", lambda link: summary(r, link)
     yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
     yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
-    yield "docs/choosing.md", "reached", lambda link: reached(r["methods"])
     yield "docs/engine-curves.md", "growth", lambda link: growth_words(r["growth"])
     yield "docs/choosing.md", "profile", lambda link: profile_table(r)
     origin = r.origin("robots_forms")

@@ -66,18 +66,24 @@ def file_targets(r: Results) -> Iterable[Line]:
 
 
 def kernel_targets(r: Results) -> Iterable[Line]:
-    """Full iterations on one core: in a cache, and far out of all."""
-    for row in (row for row in r["kernel"] if row["threads"] == "1"):
-        contacts, time, ratio = int(row["contacts"]), float(row["ns_per_contact"]), float(row["ratio"])
+    """Full iterations on one core, of the slower law: in a cache, and far out of all."""
+
+    def by_size(rows: Rows) -> dict[int, Rows]:
+        sizes = sorted({int(row["contacts"]) for row in rows})
+        return {size: [row for row in rows if int(row["contacts"]) == size] for size in sizes}
+
+    for contacts, rows in by_size([row for row in r["kernel"] if row["threads"] == "1"]).items():
+        time = max(float(row["ns_per_contact"]) for row in rows)
+        share = min(float(row["ratio"]) for row in rows)
         if contacts < 20000:
-            what = f"iteration at {contacts} contacts, {row['law']}, ns per contact"
-            yield what, "8", f"{time:.1f}", time <= 8
+            yield f"iteration at {contacts} contacts, ns per contact", "8", f"{time:.1f}", time <= 8
         elif contacts > 500000:
-            what = f"share of triad bandwidth at {contacts} contacts, {row['law']}"
-            yield what, "0.9", f"{ratio:.2f}", ratio >= 0.9
-    for row in (row for row in r["instruction_sets"] if row["isa"] == "avx2" and row.get("near_ratio")):
-        share = float(row["near_ratio"])
-        what = f"share of triad bandwidth in the same cache at {row['contacts']} contacts, {row['law']}, AVX2"
+            what = f"share of triad bandwidth at {contacts} contacts"
+            yield what, "0.9", f"{share:.2f}", share >= 0.9
+    near = [row for row in r["instruction_sets"] if row["isa"] == "avx2" and row.get("near_ratio")]
+    for contacts, rows in by_size(near).items():
+        share = min(float(row["near_ratio"]) for row in rows)
+        what = f"share of triad bandwidth in the same cache at {contacts} contacts, AVX2"
         yield what, "0.75", f"{share:.2f}", share >= 0.75
 
 
@@ -110,8 +116,8 @@ def robot_targets(r: Results) -> Iterable[Line]:
     if speeds:
         middle, (least, slowest) = median(speed for speed, _ in speeds), speeds[0]
         what = f"{len(speeds)} robots at 2 ms, steps/s over MuJoCo's, median"
-        yield what, "0.4", f"{middle:.2g}", middle >= 0.4
-        yield "the same, slowest", "0.15", f"{least:.2g} ({slowest})", least >= 0.15
+        yield what, "0.77", f"{middle:.2g}", middle >= 0.77
+        yield "the same, slowest", "0.25", f"{least:.2g} ({slowest})", least >= 0.25
 
 
 def feasible(rows: Rows, half: str) -> tuple[list[str], Rows]:
