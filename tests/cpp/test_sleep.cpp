@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/model/state_bytes.hpp"
 #include "amontons/multibody/step/simulation.hpp"
 #include "check.hpp"
@@ -58,6 +59,23 @@ struct Scene {
     joint.dofs[0].axis = {1, 0, 0};
     joint.dofs[0].motor.kind = MotorKind::effort;
     d.joints.push_back(joint);
+  }
+  // A box on the ground that holds a bar in the air: a motor along the hinge keeps the angle of its control.
+  // Returns the box; the bar is the next body.
+  Index arm(double x) {
+    const Index trunk = body({x, 0, half}, Box{{half, half, half}});
+    Joint joint;
+    joint.body_a = body({x + 0.2, 0, half}, Box{{0.5 * half, 0.02, 0.02}});
+    joint.body_b = trunk;
+    d.bodies[joint.body_a].mass = 0.2;
+    joint.frame_a.position = {-half, 0, 0};
+    joint.frame_b.position = {half, 0, 0};
+    joint.dofs.resize(1);
+    joint.dofs[0].axis = {0, 1, 0};
+    joint.dofs[0].motor = {.kind = MotorKind::position, .max_effort = 5, .kp = 200, .kd = 2};
+    joint.dofs[0].armature = 0.01;
+    d.joints.push_back(joint);
+    return trunk;
   }
   // A pendulum that swings for ever, far from the ground.
   void pendulum(double x) {
@@ -229,6 +247,108 @@ TEST(other_models_wake) {
   tilted.steps(40);
   CHECK(tilted.simulation.sleeping() == 0);
   CHECK(tilted.state.positions[2].x > 1e-2);
+}
+
+// Breaks if bodies with joints do not sleep beside motion, whether they move in coordinates or by rows, or if
+// impulses along their joints, drives included, have other bits then.
+TEST(islands_with_joints_sleep) {
+  for (const bool trees : {false, true}) {
+    Scene scene;
+    scene.d.trees = trees ? Trees::automatic : Trees::none;
+    scene.arm(0);
+    scene.arm(2);
+    if (trees) scene.pendulum(6);
+    if (!trees) scene.body({-9, 5, half}, Sphere{half}, {1, 0, 0});
+    Pair both(scene);
+    CHECK(both.steps(400) > 100);
+    CHECK(both.simulation.sleeping() == 4);
+    CHECK(norm(both.state.joint_wrenches[0].force) > 1e-3);
+    CHECK(std::abs(both.state.dof_impulses[0].motor + both.state.dof_impulses[0].passive) > 1e-4);
+    CHECK(both.simulation.step().joint_rows >= 2);
+  }
+}
+
+// Breaks if a control, a force along a coordinate, an impulse, a load or a pose does not wake what a joint
+// holds in the same step, or wakes another island.
+TEST(islands_with_joints_wake) {
+  for (const bool trees : {false, true}) {
+    Scene scene;
+    scene.d.trees = trees ? Trees::automatic : Trees::none;
+    scene.arm(0);
+    scene.arm(2);
+    if (trees) scene.pendulum(6);
+    if (!trees) scene.body({-9, 5, half}, Sphere{half}, {1, 0, 0});
+    Pair rests(scene);
+    rests.steps(400);
+    CHECK(rests.simulation.sleeping() == 4);
+    const auto changed = [&](auto&& f) {
+      Pair both = rests;
+      both.change(f);
+      both.steps(1);
+      CHECK(both.simulation.sleeping() == 2);
+      both.steps(60);
+      return norm(both.state.positions[1] - rests.state.positions[1]);
+    };
+    CHECK(changed([](State& s) { s.controls[0] = -0.3; }) > 1e-3);
+    CHECK(changed([&](State& s) { s.joint_forces[rests.simulation.tree().links()[1].first_v] = 1; }) > 1e-4);
+    CHECK(changed([](State& s) { s.forces[1] = {0, 0, 5}; }) > 1e-4);
+    changed([](State& s) { s.dof_impulses[0] = {}; });
+  }
+}
+
+// Breaks if a ball that hits what a joint holds does not wake it.
+TEST(islands_with_joints_wake_by_touch) {
+  for (const bool trees : {false, true}) {
+    Scene scene;
+    scene.d.trees = trees ? Trees::automatic : Trees::none;
+    scene.arm(0);
+    scene.body({-2.5, 0, half}, Sphere{half}, {1.5, 0, 0});
+    Pair both(scene);
+    both.steps(500);
+    CHECK(both.simulation.sleeping() == 2);
+    const Vec3 bar = both.state.positions[1];
+    both.steps(200);
+    CHECK(norm(both.state.positions[1] - bar) > 1e-3);
+  }
+}
+
+// Breaks if a joint on a driven body lets what hangs on it sleep on while that body moves.
+TEST(driven_bodies_wake_by_joints) {
+  for (const bool trees : {false, true}) {
+    Scene scene;
+    scene.d.trees = trees ? Trees::automatic : Trees::none;
+    Body base;
+    base.motion = Motion::kinematic;
+    base.pose.position = {3, 0, 1};
+    scene.d.bodies.push_back(base);
+    Joint joint;
+    joint.body_a = scene.body({3, 0, 0.5}, Box{{half, half, half}});
+    joint.body_b = 0;
+    joint.frame_a.position = {0, 0, 0.5};
+    joint.dofs.resize(1);
+    joint.dofs[0].axis = {0, 1, 0};
+    joint.dofs[0].friction = 0.1;
+    scene.d.joints.push_back(joint);
+    scene.tower(0, 2);
+    scene.pendulum(6);
+    Pair both(scene);
+    both.steps(150);
+    CHECK(both.simulation.sleeping() == 3);
+    both.change([](State& s) { s.linear_velocities[0] = {0.5, 0, 0}; });
+    both.steps(20);
+    CHECK(norm(both.state.linear_velocities[1]) > 0.01);
+  }
+}
+
+// Breaks if a wall stays awake because all that touches something rests, while a ball is in flight.
+TEST(walls_sleep_beside_flight) {
+  Scene scene;
+  scene.wall(4);
+  scene.body({0, 3, 9}, Sphere{half});
+  Pair both(scene);
+  CHECK(both.steps(100) > 80);
+  CHECK(both.simulation.sleeping() == 10);
+  both.steps(250);
 }
 
 // Breaks if an island sleeps on while a ball hits it, or wakes without a touch.

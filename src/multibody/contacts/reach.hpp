@@ -2,7 +2,7 @@
 #pragma once
 #include "amontons/collision/broad_phase.hpp"
 #include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/multibody/bodies/sleepers.hpp"
+#include "amontons/multibody/contacts/sleepers.hpp"
 #include "amontons/problem/contact.hpp"
 #include "multibody/contacts/contact_law.hpp"
 

@@ -147,7 +147,7 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
   const RowInput in{model, bodies, joints, state, options};
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
-    if (!is_active(model, joint)) continue;
+    if (!is_active(model, joint) || (!options.left_out.empty() && options.left_out[j])) continue;
     const JointContext& context = joints[j];
     // A distance joint has no coordinates and locks at most one direction.
     if (!is_chain(joint)) {

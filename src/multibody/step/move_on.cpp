@@ -61,7 +61,9 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   if (step.tree.moves()) {
     read_rates(step.tree, trees, o.frames, solved.after, trees.after);
     store_drive_impulses(o.tree_setting(step), trees, state);
-    store_tree_reactions(o.tree_setting(step), o.joints, impulses_on_bodies(*posed.problem, x), trees, state);
+    const std::span<double> w = impulses_on_bodies(*posed.problem, x);
+    push_asleep(step.asleep, w);
+    store_tree_reactions(o.tree_setting(step), o.joints, w, trees, state);
   }
   static thread_local std::vector<double> ahead;
   find_ahead(step, posed, state.impulse_step, o, solved, ahead);

@@ -22,7 +22,8 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
       step.asleep.overlap > error || std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
         return c.gap < -error && !(c.material.compliance > 0);
       });
-  const bool few = 3 * (contacts.size() + step.asleep.contacts.size()) + joint_rows <= step::policy.few_rows;
+  const std::size_t all_contacts = contacts.size() + step.asleep.contacts.size();
+  const bool few = 3 * all_contacts + joint_rows + step.asleep.rows.size() <= step::policy.few_rows;
   const double drift = step::policy.steps_of_slack * step.options.tolerance * fall * step.h;
   return {.h = step.h,
           .kick = step.kick(),
@@ -71,7 +72,10 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   const Model& model = step.model;
   posed.rows.clear();
   find_past_of_trees(step, state, o, posed.rows);
-  append_joint_rows(model, o.bodies(), o.joints, state, step.joint_options(o.held.controls), posed.rows);
+  JointOptions options = step.joint_options(o.held.controls);
+  options.left_out = step.asleep.joints;
+  append_joint_rows(model, o.bodies(), o.joints, state, options, posed.rows);
+  know_asleep(step.asleep, posed.rows);
   if (!step.damped) {
     reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, o.known, step.h,
                     step.last, step.h * norm(model.description().gravity), allowed_error(model.length()),
@@ -87,7 +91,10 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   warm_start(step, state, o, posed);
   std::span<double> w;
   const bool touching = !o.contacts.empty() || step.asleep.any();
-  if (!posed.x0.empty() && (step.tree.moves() || touching)) w = impulses_on_bodies(*posed.problem, posed.x0);
+  if ((!posed.x0.empty() || !step.asleep.pushes.empty()) && (step.tree.moves() || touching)) {
+    w = impulses_on_bodies(*posed.problem, posed.x0);
+    push_asleep(step.asleep, w);
+  }
   // The motion of trees over the step depends on its impulses: those of the last step foresee them, which
   // makes the motion of second order with contacts, too.
   if (step.tree.moves()) foresee_tree_velocities(o.tree_setting(step), w, o.trees, o.free);

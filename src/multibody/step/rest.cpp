@@ -192,6 +192,17 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
   }
   islands.any_rests = false;
   moving.blocks.clear();
+  // Where all that touches something sleeps, all rests: no solve sees a row. The result is that of a step in
+  // which these islands rest: an accepted start. Zero impulses would be added to free velocities otherwise,
+  // and a zero would lose its sign.
+  if (step.asleep.any() && problem.rows() == 0) {
+    start.x.clear();
+    start.u.clear();
+    islands.each.clear();
+    islands.slow = false;
+    islands.any_rests = true;
+    return;
+  }
   // The same part of the problem is solved whether others rest or sleep: its bits depend on that.
   if (posed.x0.empty() || (o.contacts.empty() && !step.asleep.any()) ||
       !find_islands_at_rest(step, o, posed, solver, start, islands))

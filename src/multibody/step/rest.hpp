@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "amontons/multibody/bodies/sleepers.hpp"
+#include "amontons/multibody/contacts/sleepers.hpp"
 #include "amontons/solvers/driver/options.hpp"
 #include "amontons/solvers/driver/parts.hpp"
 #include "multibody/step/observe.hpp"

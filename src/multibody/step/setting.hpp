@@ -1,7 +1,7 @@
 #pragma once
 #include <span>
 
-#include "amontons/multibody/bodies/sleepers.hpp"
+#include "amontons/multibody/contacts/sleepers.hpp"
 #include "amontons/multibody/joints/rows.hpp"
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/model/model.hpp"

@@ -96,7 +96,7 @@ StepInstant Simulation::instant() const {
 
 // The user may have changed anything since the last step. A kick of another length wakes all.
 void Simulation::begin_step() {
-  wake_changed(*model_, last_.before, state_, last_.asleep, last_.touching);
+  wake_changed(*tree_, last_.before, state_, last_.asleep, last_.touching);
   last_.before = state_;
   begin_with_velocities(*model_, state_);
   if (state_.last_step != options_.dt || state_.impulse_step != options_.dt)

@@ -1,13 +1,18 @@
-// A step is a function of the state without its time, and of islands that no contact joins each is a function
-// of its own part. An island rests in a step that leaves its part as it was, to the bit: poses, velocities,
-// loads, and the impulses from which solves start. The next step then finds the same for it, as long as
-// nothing changes this part and no other body comes near. So there is no tolerance, and nothing drifts.
+// A step is a function of the state without its time, and of islands that no row joins each is a function of
+// its own part. An island rests in a step that leaves its part as it was, to the bit: poses, velocities,
+// loads, controls, coordinates, and the impulses from which solves start. The next step then finds the same
+// for it, as long as nothing changes this part and no other body comes near. So there is no tolerance, and
+// nothing drifts.
 //
 // Some rules of a step depend on the whole scene. Those for closed contacts depend on the number of contacts
 // and on the deepest overlap. Sleepers keep their part. If a step corrects positions, misses its tolerance or
 // applies another rule, all wake and the step is made again.
 //
-// Bodies with joints, tendons, drives of their own or bonds do not fall asleep: their rows depend on more.
+// Bodies with tendons, couplings, drives of their own or bonds do not fall asleep: their rows depend on more.
+//
+// Joints asleep have no rows. Their impulses are kept, and the state gets them as those of known efforts. The
+// rates of all trees are found together, to a precision that depends on the fastest. So trees asleep stay
+// among them, with the impulses on their bodies.
 //
 // Why the others keep their bits. The search treats bodies asleep as fixed. So it finds no pair of two of
 // them, and each pair of one with a body awake. If such a pair has a point in reach, its island wakes. Until
@@ -24,67 +29,37 @@
 #include "multibody/step/sleep.hpp"
 
 #include <algorithm>
-#include <cstring>
-#include <type_traits>
 
-#include "multibody/contacts/pair_order.hpp"
+#include "multibody/step/assemble.hpp"
+#include "multibody/step/changes.hpp"
 #include "multibody/step/second_order.hpp"
 
 namespace amontons {
 
 namespace {
 
-// Bits and not values: a zero of the other sign is a change.
-template <class T>
-bool same_bits(const T* a, const T* b, std::size_t count) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  return std::memcmp(a, b, count * sizeof(T)) == 0;
-}
-
-// Calls f(a, b) for all arrays of two states with an entry per body.
-template <class F>
-bool all_of_bodies(const State& a, const State& b, F&& f) {
-  return f(a.positions, b.positions) && f(a.orientations, b.orientations) &&
-         f(a.linear_velocities, b.linear_velocities) && f(a.angular_velocities, b.angular_velocities) &&
-         f(a.middle_velocities, b.middle_velocities) && f(a.forces, b.forces) && f(a.torques, b.torques) &&
-         f(a.held_forces, b.held_forces) && f(a.held_torques, b.held_torques);
-}
-
-bool same_bodies(const State& a, const State& b, std::size_t first, std::size_t count) {
-  return all_of_bodies(a, b, [&](const auto& x, const auto& y) {
-    return x.size() >= first + count && y.size() >= first + count && same_bits(&x[first], &y[first], count);
-  });
-}
-
-// Calls f(i) for every body with other bits in the two states. Most bodies have the same: runs of them are
-// compared at once.
-template <class F>
-void for_each_changed(const State& a, const State& b, F&& f) {
-  constexpr std::size_t run = 64;  // not tuned: some kB
-  const std::size_t bodies = a.positions.size();
-  for (std::size_t first = 0; first < bodies; first += run) {
-    const std::size_t count = std::min(run, bodies - first);
-    if (same_bodies(a, b, first, count)) continue;
-    for (std::size_t i = first; i < first + count; ++i)
-      if (!same_bodies(a, b, i, 1)) f(i);
-  }
-}
-
-// Bodies whose motion depends on more than their own part of the state and their contacts. Couplings join
-// coordinates of joints, whose bodies are listed with the joints. A tendon may pass over free bodies, and a
-// drive may push one: controls are no part of a body.
+// Bodies whose motion depends on more than their own part of the state, their contacts and their joints. A
+// tendon, a coupling or a bond may join two islands without a row. A control that pushes a body is no part of
+// a joint.
 std::vector<unsigned char> find_linked(const Model& model) {
   const ModelDescription& d = model.description();
   std::vector<unsigned char> linked(model.bodies(), 0);
   const auto link = [&](Index body) {
     if (body >= 0) linked[static_cast<std::size_t>(body)] = 1;
   };
-  for (const Joint& j : d.joints) {
-    link(j.body_a);
-    link(j.body_b);
-  }
-  for (const Tendon& t : d.tendons)
+  const auto link_joint = [&](Index j) {
+    if (j < 0) return;
+    link(model.joint(j).body_a);
+    link(model.joint(j).body_b);
+  };
+  for (const Tendon& t : d.tendons) {
     for (const PathElement& p : t.path) link(p.body);
+    for (const TendonTerm& term : t.terms) link_joint(term.joint);
+  }
+  for (const Coupling& c : d.couplings) {
+    link_joint(c.joint_a);
+    link_joint(c.joint_b);
+  }
   for (const Actuator& a : d.actuators) {
     link(a.transmission.body);
     link(a.transmission.reference_body);
@@ -99,42 +74,12 @@ std::vector<unsigned char> find_linked(const Model& model) {
 // The pair of geoms in the order of a search.
 std::pair<Index, Index> in_order(const Contact& c) { return std::minmax(c.geom_a, c.geom_b); }
 bool is_before(const Contact& a, const Contact& b) { return in_order(a) < in_order(b); }
-bool carried_before(const CarriedContact& a, const CarriedContact& b) { return pair_of(a) < pair_of(b); }
-
-std::size_t end_of(const std::vector<CarriedContact>& all, std::size_t first) {
-  std::size_t end = first;
-  while (end < all.size() && pair_of(all[end]) == pair_of(all[first])) ++end;
-  return end;
-}
-
-// Calls f(body A) for pairs whose contacts differ in two lists that ascend.
-template <class F>
-void for_each_changed(const Model& model, const std::vector<CarriedContact>& a,
-                      const std::vector<CarriedContact>& b, F&& f) {
-  constexpr std::size_t run = 16;  // not tuned: 2 kB
-  const auto body = [&](const CarriedContact& c) { return model.geom(c.geom_a).body; };
-  for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();) {
-    if (i + run <= a.size() && k + run <= b.size() && same_bits(&a[i], &b[k], run)) {
-      i += run;
-      k += run;
-    } else if (k == b.size() || (i < a.size() && carried_before(a[i], b[k]))) {
-      f(body(a[i++]));
-    } else if (i == a.size() || carried_before(b[k], a[i])) {
-      f(body(b[k++]));
-    } else {
-      const std::size_t end_a = end_of(a, i), end_b = end_of(b, k);
-      if (end_a - i != end_b - k || !same_bits(&a[i], &b[k], end_a - i)) f(body(a[i]));
-      i = end_a;
-      k = end_b;
-    }
-  }
-}
 
 bool has_impulse(const Contact& c) { return !(c.impulse == Vec3{}); }
 
 // Makes what follows from the contacts asleep, and from the groups that sleep.
 void count(const Model& model, Sleepers& s) {
-  if (s.contacts.empty()) {
+  if (std::none_of(s.groups.begin(), s.groups.end(), [](const Sleepers::Group& g) { return g.sleeps; })) {
     s = {};
     return;
   }
@@ -147,6 +92,13 @@ void count(const Model& model, Sleepers& s) {
     if (!(c.material.compliance > 0)) s.overlap = std::max(s.overlap, -c.gap);
     s.penetration = std::max(s.penetration, -c.gap);
     if (c.body_b >= 0 && !model.is_dynamic(c.body_b)) s.bears[static_cast<std::size_t>(c.body_b)] = 1;
+  }
+  s.joints.assign(model.joints(), 0);
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    s.joints[j] = s.contains(joint.body_a) || s.contains(joint.body_b);
+    for (const Index body : {joint.body_a, joint.body_b})
+      if (s.joints[j] && body >= 0 && !model.is_dynamic(body)) s.bears[static_cast<std::size_t>(body)] = 1;
   }
   // Groups that woke leave no number behind.
   std::vector<Index> number(s.groups.size(), -1);
@@ -175,9 +127,30 @@ void wake_marked(const Model& model, Sleepers& s, std::vector<GeomPair>& touchin
     if (awake && has_impulse(c)) touching.push_back({c.body_a, c.body_b, c.geom_a, c.geom_b});
     return awake;
   });
+  std::erase_if(s.efforts, [&](const Sleepers::Known& e) { return wakes(e.body); });
+  std::erase_if(s.rows, [&](const Sleepers::Known& row) { return wakes(row.body); });
+  std::erase_if(s.pushes, [&](const Sleepers::Push& push) { return wakes(push.body); });
   for (std::size_t i = 0; i < s.group.size(); ++i)
     if (wakes(static_cast<Index>(i))) s.group[i] = -1;
   count(model, s);
+}
+
+// Keeps islands awake of which a joint changed, hangs on a driven body that moves, or also holds a body of
+// another island: a rope that is slack joins two of them without a row.
+template <class Moves, class Keep>
+void keep_with_joints(const StepAtRest& in, Moves&& moves, Keep&& keep) {
+  const Model& model = in.step.model;
+  const std::vector<Index>& home = in.problem.graph.islands.of_body;
+  for (std::size_t j = 0; j < model.joints(); ++j) {
+    const Joint& joint = model.joint(static_cast<Index>(j));
+    const Index a = joint.body_a, b = joint.body_b;
+    const bool both = a >= 0 && b >= 0 && model.is_dynamic(a) && model.is_dynamic(b);
+    if ((!both || home[a] == home[b]) && !moves(a) && !moves(b) && same_joints(model, in.before, in.after, j))
+      continue;
+    keep(a);
+    keep(b);
+  }
+  for_each_pushed(in.step.tree, in.before, in.after, keep);
 }
 
 // The islands of a step that may fall asleep, by their number.
@@ -194,7 +167,6 @@ std::vector<unsigned char> find_tired(const StepAtRest& in, const std::vector<Co
     if (body < 0) return;
     if (const Index home = graph.of_body[static_cast<std::size_t>(body)]; home >= 0) tired[home] = 0;
   };
-  for (std::size_t k = contacts.size(); k < graph.of_block.size(); ++k) tired[graph.of_block[k]] = 0;
   const auto turns = [&](std::size_t k) { return !in.posed.turns.empty() && !(in.posed.turns[k] == Vec3{}); };
   const auto moves = [&](Index body) {
     return body >= 0 && !in.step.model.is_dynamic(body) &&
@@ -210,13 +182,52 @@ std::vector<unsigned char> find_tired(const StepAtRest& in, const std::vector<Co
   const std::vector<unsigned char> linked = find_linked(in.step.model);
   for (std::size_t i = 0; i < linked.size(); ++i)
     if (linked[i]) keep(static_cast<Index>(i));
+  keep_with_joints(in, moves, keep);
   return tired;
+}
+
+// An island needs more of its last step than its contacts. Rows are identified by their tags, so that the
+// state gets their impulses without them. Efforts along joints have no rows in any step. The impulses on
+// bodies of trees are those of contacts and rows together, in the order in which the problem sums them.
+//
+// Appends the impulses along the joints of the groups from number `first` on.
+void take_impulses(const StepAtRest& in, Index first, Sleepers& s) {
+  const ModelDescription& d = in.step.model.description();
+  const JointRows& rows = in.posed.rows;
+  const auto falls = [&](Index body) { return s.contains(body) && s.group[body] >= first; };
+  for (const KnownImpulse& e : rows.efforts) {
+    const Index j =
+        e.tag.kind == RowKind::actuator ? d.actuators[e.tag.joint].transmission.joint : e.tag.joint;
+    if (j < 0) continue;
+    for (const Index body : {d.joints[j].body_a, d.joints[j].body_b}) {
+      if (!falls(body)) continue;
+      s.efforts.push_back({body, e});
+      break;
+    }
+  }
+  // Rows of joints come last.
+  const std::size_t before = in.problem.rows() - rows.tags.size();
+  for (std::size_t i = 0; i < rows.tags.size(); ++i) {
+    const JacobianRow& row = rows.jacobian[i];
+    const auto bodies = static_cast<Index>(s.group.size());
+    if (row.body_a >= bodies || row.body_b >= bodies) continue;
+    if (falls(row.body_a) || falls(row.body_b))
+      s.rows.push_back({falls(row.body_a) ? row.body_a : row.body_b, {rows.tags[i], in.x[before + i]}});
+  }
+  if (!in.step.tree.moves()) return;
+  const std::span<const double> w = impulses_on_bodies(in.problem, in.x);
+  for (std::size_t i = 0; i < s.group.size(); ++i) {
+    if (s.group[i] < first || !in.step.tree.moves(i)) continue;
+    Sleepers::Push& push = s.pushes.emplace_back();
+    push.body = static_cast<Index>(i);
+    std::copy_n(w.begin() + static_cast<std::ptrdiff_t>(6 * i), 6, push.impulse.begin());
+  }
 }
 
 }  // namespace
 
 std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sleepers& s) {
-  if (!in.islands.any_rests || in.islands.slow || in.islands.all_rest()) return in.found;
+  if (!in.islands.any_rests || in.islands.slow) return in.found;
   const std::vector<unsigned char> tired = find_tired(in, contacts);
   if (std::none_of(tired.begin(), tired.end(), [](unsigned char t) { return t; })) return in.found;
   const Model& model = in.step.model;
@@ -246,14 +257,16 @@ std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sl
   s.carried.clear();
   for (const CarriedContact& c : in.after.contacts)
     if (s.contains(model.geom(c.geom_a).body)) s.carried.push_back(c);
+  take_impulses(in, first, s);
   s.fastest = std::max(s.fastest, fastest_point(s.contacts, in.observed.free));
   count(model, s);
   return found;
 }
 
-void wake_changed(const Model& model, const State& before, const State& now, Sleepers& s,
+void wake_changed(const Tree& tree, const State& before, const State& now, Sleepers& s,
                   std::vector<GeomPair>& touching) {
   if (!s.any()) return;
+  const Model& model = tree.model();
   bool any = false, all = false;
   const auto wake_one = [&](Index body) {
     if (!s.contains(body)) return;
@@ -267,6 +280,12 @@ void wake_changed(const Model& model, const State& before, const State& now, Sle
     s.stays[i] = 0;
     all = all || s.bears[i];
   });
+  for (std::size_t j = 0; j < s.joints.size(); ++j) {
+    if (!s.joints[j] || same_joints(model, before, now, j)) continue;
+    wake_one(model.joint(static_cast<Index>(j)).body_a);
+    wake_one(model.joint(static_cast<Index>(j)).body_b);
+  }
+  for_each_pushed(tree, before, now, wake_one);
   // Those of bodies awake are in the state alone.
   for_each_changed(model, s.carried, now.contacts, wake_one);
   if (all) return wake_all(s, touching);
@@ -303,6 +322,16 @@ void carry_asleep(const Sleepers& s, std::vector<CarriedContact>& carried) {
     from = next;
   }
   carried.insert(carried.end(), from, s.carried.end());
+}
+
+void know_asleep(const Sleepers& s, JointRows& rows) {
+  for (const auto* known : {&s.efforts, &s.rows})
+    for (const Sleepers::Known& k : *known) rows.efforts.push_back(k.impulse);
+}
+
+void push_asleep(const Sleepers& s, std::span<double> w) {
+  for (const Sleepers::Push& push : s.pushes)
+    for (std::size_t k = 0; k < 6; ++k) w[6 * static_cast<std::size_t>(push.body) + k] += push.impulse[k];
 }
 
 void join_contacts(const std::vector<Contact>& awake, std::size_t found, const Sleepers& s,

@@ -39,6 +39,7 @@ bool all_finite(const BodyVelocities& velocities) {
 // A report counts islands asleep as every other: a caller must not see whether a step left them out.
 void add_sleepers(const Sleepers& asleep, Report& report) {
   report.contacts += asleep.contacts.size();
+  report.joint_rows += asleep.rows.size();
   report.penetration = std::max(report.penetration, asleep.penetration);
 }
 
@@ -62,9 +63,9 @@ void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
   if (!steady || options_.own_method) return;
   const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
-  last_.found =
-      fall_asleep({step, last_.before, state_, observed, posed, solved.islands, *last_.solve.problem, found},
-                  last_.contacts, last_.asleep);
+  last_.found = fall_asleep({step, last_.before, state_, observed, posed, solved.islands,
+                             *last_.solve.problem, last_.solve.x, found},
+                            last_.contacts, last_.asleep);
 }
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,

@@ -133,7 +133,8 @@ struct JointOptions {
   // loop are theirs, and a pose in which its bars lie in one line magnifies them. So they are removed in each
   // step, not when they are large.
   double loop_speed = 0;
-  double last() const { return 2 * kick - h; }  // s, of the step before; 0: none
+  std::span<const unsigned char> left_out = {};  // per joint: it has no rows; empty: all have
+  double last() const { return 2 * kick - h; }   // s, of the step before; 0: none
 };
 
 // Stores the impulses x of the rows in the state (wrenches, dof impulses), for reports and warm start.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
-#include "amontons/multibody/bodies/sleepers.hpp"
+#include "amontons/multibody/contacts/sleepers.hpp"
 #include "amontons/multibody/kinematics/rays.hpp"
 #include "amontons/multibody/step/report.hpp"
 #include "amontons/multibody/step/simulation_options.hpp"

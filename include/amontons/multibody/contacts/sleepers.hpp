@@ -1,7 +1,9 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <vector>
 
+#include "amontons/multibody/joints/rows.hpp"
 #include "amontons/multibody/model/state.hpp"
 #include "amontons/problem/contact.hpp"
 
@@ -25,11 +27,21 @@ struct SquaredMaps {
 };
 
 // Islands that a step leaves out, because their result is that of the last step to the bit (step/sleep.hpp).
-// They are islands of bodies without joints, and no contact joins two of them.
+// No contact and no joint joins two of them.
 struct Sleepers {
   struct Group {
     SquaredMaps maps;  // of their impulses
     bool sleeps = true;
+  };
+  // An impulse along a joint, and a body that the joint holds.
+  struct Known {
+    Index body;
+    KnownImpulse impulse;
+  };
+  // The impulse of all contacts and rows on a body of a tree: force and torque, as ContactSystem sums it.
+  struct Push {
+    Index body;
+    std::array<double, 6> impulse;
   };
   std::vector<Group> groups;
   std::vector<Index> group;          // per body, -1: awake; empty: nothing sleeps
@@ -37,6 +49,9 @@ struct Sleepers {
   std::vector<unsigned char> bears;  // per body that impulses do not move: something asleep touches it
   std::vector<Contact> contacts;  // of the islands, ascending by pairs, with the results of their last step
   std::vector<CarriedContact> carried;  // the same in the state
+  std::vector<unsigned char> joints;    // per joint: a body of it is asleep
+  std::vector<Known> efforts, rows;     // impulses along them, without and with rows
+  std::vector<Push> pushes;
   // The rule for closed contacts of the step that they fell asleep in (Assembly).
   double closing = 0, slack = 0;
   // Parts of the contacts in sums over the whole scene.
