@@ -93,7 +93,7 @@ Problem sphere_packing(std::size_t contacts) {
   K.add_each<Friction>(std::vector<double>(list.size(), 0.5));
   // Fall under gravity for one step, with some noise to keep all three regions of the projection busy.
   std::vector<double> b;
-  for (const Contact& c : list) {
+  for (const ContactGeometry& c : list) {
     b.push_back(-0.05 * c.normal.z + 0.2 * jitter(random));
     b.push_back(jitter(random));
     b.push_back(jitter(random));

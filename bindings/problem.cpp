@@ -70,7 +70,7 @@ nb::dict arrays_with_contacts(const ContactSystem& op) {
   std::vector<Index> body_a, body_b, rows;
   std::vector<double> r_a, r_b, normal, direction, length;
   const auto add = [](std::vector<double>& to, const Vec3& v) { to.insert(to.end(), {v.x, v.y, v.z}); };
-  for (const Contact& c : op.contacts) {
+  for (const ContactGeometry& c : op.contacts) {
     body_a.push_back(c.body_a);
     body_b.push_back(c.body_b);
     rows.push_back(c.rows);
@@ -109,7 +109,7 @@ nb::dict operator_arrays(const Problem& problem) {
 bool has_moments(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   return system != nullptr && std::any_of(system->contacts.begin(), system->contacts.end(),
-                                          [](const Contact& c) { return c.rows > 3; });
+                                          [](const ContactGeometry& c) { return c.rows > 3; });
 }
 
 // The arguments from which a solver is made.

@@ -84,7 +84,7 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   for_each_block(K, [&](const auto& set, std::size_t block, std::size_t row) {
     graph.first_row.push_back(static_cast<Index>(row));
     if (block < A.contacts.size()) {
-      const Contact& c = A.contacts[block];
+      const ContactGeometry& c = A.contacts[block];
       graph.links.push_back({node(c.body_a), node(c.body_b)});
       contact_rows = row + set.dim;
     } else {

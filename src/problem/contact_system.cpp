@@ -45,7 +45,7 @@ Vec3 vec3(const double* v) { return {v[0], v[1], v[2]}; }
 
 // (v_A + omega_A x r_A) - (v_B + omega_B x r_B) at the contact, and omega_A - omega_B if it has rows for
 // moments: D w as world vectors, which to_rows() converts to rows.
-ContactImpulse relative_motion(const Contact& c, const double* w) {
+ContactImpulse relative_motion(const ContactGeometry& c, const double* w) {
   ContactImpulse u;
   const auto add = [&](Index body, const Vec3& r, double sign) {
     if (body < 0) return;
@@ -73,7 +73,7 @@ double effective_inverse_mass(const Bodies& bodies, const JacobianRow& row) {
 }
 
 // The same for a force along e at the arms of a contact: 1/m + (r x e)' I^-1 (r x e) for each body.
-double effective_inverse_mass(const Bodies& bodies, const Contact& c, const Vec3& e) {
+double effective_inverse_mass(const Bodies& bodies, const ContactGeometry& c, const Vec3& e) {
   double sum = 0;
   const auto add = [&](Index body, const Vec3& r) {
     if (body < 0) return;
@@ -109,7 +109,7 @@ void Bodies::apply(std::size_t body, const double* f, double* v) const {
 
 // A unit impulse along e at r is the wrench (e, r x e) on A, its opposite on B. A unit of a moment row is the
 // torque moment_length e.
-JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
+JacobianRow jacobian_row(const ContactGeometry& c, const ContactBasis& basis, int k) {
   const ContactRow row = contact_row(c.rows, k);
   const Vec3& e = basis.axis(row.axis);
   if (row.moment) {
@@ -123,7 +123,7 @@ JacobianRow jacobian_row(const Contact& c, const ContactBasis& basis, int k) {
 // Contacts may have different numbers of rows, so loops over them keep a running row.
 std::size_t ContactSystem::contact_rows() const {
   std::size_t sum = 0;
-  for (const Contact& c : contacts) sum += static_cast<std::size_t>(c.rows);
+  for (const ContactGeometry& c : contacts) sum += static_cast<std::size_t>(c.rows);
   return sum;
 }
 
@@ -146,7 +146,7 @@ static void add_row_impulses(const ContactSystem& A, std::span<const double> x, 
 // Contact impulses are converted to world vectors first: one wrench per body for any number of rows.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w) {
   std::size_t row = 0;
-  for (const Contact& c : A.contacts) {
+  for (const ContactGeometry& c : A.contacts) {
     const ContactImpulse f = to_world(c, &x[row]);
     row += static_cast<std::size_t>(c.rows);
     if (c.body_a >= 0) add_wrench(&w[6 * c.body_a], f.linear, cross(c.r_a, f.linear) + f.angular, 1);
@@ -201,7 +201,7 @@ static void multiply_halves(const ContactSystem& A, std::span<const double> x, s
 // y = D w + E x of one contact, whose rows begin at `row`, and of the stored rows.
 static void set_contact_rows(const ContactSystem& A, std::size_t i, std::size_t row,
                              const std::vector<double>& w, std::span<const double> x, std::span<double> y) {
-  const Contact& c = A.contacts[i];
+  const ContactGeometry& c = A.contacts[i];
   const ContactImpulse u = relative_motion(c, w.data());
   // A moment row is l omega, a velocity in m/s.
   to_rows(c, u.linear, u.angular, c.moment_length, &y[row]);
@@ -256,7 +256,7 @@ static void product_by_threads(const ContactSystem& A, std::span<const double> x
     });
   };
   in_parts(n, [&](std::size_t i) {
-    const Contact& c = A.contacts[i];
+    const ContactGeometry& c = A.contacts[i];
     const ContactImpulse f = to_world(c, &x[3 * i]);
     impulses[i] = {c.body_a, c.body_b, f.linear, cross(c.r_a, f.linear) + f.angular,
                    cross(c.r_b, f.linear) + f.angular};
@@ -340,7 +340,7 @@ void ContactSystem::renew() {
   if (!constrained || !constrained->linkage) return;
   const Linkage& trees = *constrained->linkage;
   half.first.push_back(0);
-  for (const Contact& c : contacts) {
+  for (const ContactGeometry& c : contacts) {
     const ContactBasis basis(c);
     const auto row = [&](int k) { return jacobian_row(c, basis, k); };
     if (c.rows == 3)
@@ -356,7 +356,7 @@ void ContactSystem::renew() {
 }
 
 void contact_diagonal(const ContactSystem& A, std::size_t contact, double* d) {
-  const Contact& c = A.contacts[contact];
+  const ContactGeometry& c = A.contacts[contact];
   const ContactBasis basis(c);
   for (int k = 0; k < c.rows; ++k)
     d[k] =
@@ -367,7 +367,7 @@ void contact_diagonal(const ContactSystem& A, std::size_t contact, double* d) {
 // The sum over three orthogonal axes e of e . e / m + (r x e)' I^-1 (r x e) is 3 / m + tr(I^-1) |r|^2 - r'
 // I^-1 r, whatever the axes.
 double mean_diagonal(const ContactSystem& A, std::size_t contact) {
-  const Contact& c = A.contacts[contact];
+  const ContactGeometry& c = A.contacts[contact];
   double sum = 0;
   if (c.rows == 3) {
     const auto add = [&](Index body, const Vec3& r) {

@@ -177,7 +177,7 @@ class Extraction {
       part_.problem.b.push_back(whole_.b[i]);
     }
     if (block < A_.contacts.size()) {
-      Contact contact = A_.contacts[block];
+      ContactGeometry contact = A_.contacts[block];
       contact.body_a = local(link.a);
       contact.body_b = local(link.b);
       sub_->contacts.push_back(contact);

@@ -169,7 +169,7 @@ void check_row(const ContactSystem& A, std::size_t i) {
 // The square of the normal must be 1 to 1e-6, which admits seven written digits; a larger error means that
 // the vector was not normalised.
 void check_contact(const ContactSystem& A, std::size_t i) {
-  const Contact& c = A.contacts[i];
+  const ContactGeometry& c = A.contacts[i];
   const std::string where = "contact " + std::to_string(i);
   for (Index body : {c.body_a, c.body_b}) check_index(body, A.bodies.size(), where);
   AMONTONS_REQUIRE(c.body_a != c.body_b, where + " is between body " + std::to_string(c.body_a) +

@@ -48,7 +48,7 @@ struct Rolling {
     const BodyVelocities v{{{}, {0, spin, 0}}}, before{{{}, {0, free, 0}}};
     const bool turned =
         find_turns({model, frames, v, h, margin}, before, TurnLimits{least}, contacts, finder, turns);
-    write_b(rest, {}, {h, h, 0}, turns, problem);
+    write_b(rest, contacts, {}, {h, h, 0}, turns, problem);
     return turned;
   }
 };

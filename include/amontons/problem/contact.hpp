@@ -27,24 +27,27 @@ struct Material {
 
 enum class ContactState : unsigned char { open, stick, slip };
 
+// The part of a contact that a solver reads: bodies, a frame and rows. Passes over many contacts wait for
+// memory, so that a problem keeps this part alone.
+struct ContactGeometry {
+  Index body_a = world, body_b = world;
+  int rows = 3;    // normal, two tangents; 4: and a moment about the normal; 5: and two about the tangents;
+                   // 6: all three
+  Vec3 normal;     // unit length, from B to A
+  Vec3 r_a, r_b;   // from each centre of mass (the origin for the world) to the point, m
+  Vec3 direction;  // of the first friction coefficient; zero for isotropic friction
+  double moment_length = 1;  // length by which moments are divided and spins multiplied in the rows, m
+};
+
 // One contact point, from its detection to the user's table: A and B touch, or nearly touch, at `point`. All
 // vectors are in world axes; impulses act on A, and their opposite on B. The normal points from B to A, so
 // that a positive normal impulse pushes A away and a positive normal velocity opens the contact.
 //
-// The contact search fills the first part, the solve of the step the second. A solver reads bodies, arms,
-// normal, direction, rows and moment_length: they come first, because passes over many contacts wait for
-// memory, and a record has seven lines of the cache.
-struct Contact {
-  Index body_a = world, body_b = world, geom_a = -1, geom_b = -1;
-  int rows = 3;  // normal, two tangents; 4: and a moment about the normal; 5: and two about the tangents;
-                 // 6: all three
-  ContactState state = ContactState::open;  // a result
-  Vec3 normal;                              // unit length, from B to A
-  Vec3 r_a, r_b;             // from each centre of mass (the origin for the world) to the point, m
-  Vec3 direction;            // direction of `material.friction`; zero for isotropic friction
-  double moment_length = 1;  // length by which moments are divided and spins multiplied in the rows, m
-  double gap = 0;            // m, at the start of the step, > 0: open; minus the material's rest_offset
-  Vec3 surface_velocity;     // of A's surface over its body minus that of B's, tangential, m/s
+// The contact search fills its geometry and the first part, the solve of the step the second.
+struct Contact : ContactGeometry {
+  Index geom_a = -1, geom_b = -1;
+  double gap = 0;         // m, at the start of the step, > 0: open; minus the material's rest_offset
+  Vec3 surface_velocity;  // of A's surface over its body minus that of B's, tangential, m/s
   Material material;
   Vec3 point;  // m
   Vec3 held;   // for a compliant contact: impulse of the last step in units of this one, N s
@@ -54,6 +57,7 @@ struct Contact {
   Vec3 slip;                      // tangential velocity of A's surface relative to B's after the step, m/s
   Vec3 spin;                      // angular velocity of A relative to B after the step, rad/s
   double normal_velocity = 0;     // n . (v_A - v_B) after the step, m/s
+  ContactState state = ContactState::open;
 };
 
 // Makes a contact from the data that a solver needs; the rest has its defaults.
@@ -92,7 +96,7 @@ struct ContactBasis {
     tangent_1 = along / size;
     tangent_2 = cross(normal, tangent_1);
   }
-  explicit ContactBasis(const Contact& c) : ContactBasis(c.normal, c.direction) {}
+  explicit ContactBasis(const ContactGeometry& c) : ContactBasis(c.normal, c.direction) {}
 
   Vec3 to_world(const double* x) const { return x[0] * normal + x[1] * tangent_1 + x[2] * tangent_2; }
   // The rows of a world vector: the transpose, as the basis is orthonormal.
@@ -124,7 +128,7 @@ constexpr ContactRow contact_row(int rows, int k) {
 struct ContactImpulse {
   Vec3 linear, angular;
 };
-inline ContactImpulse to_world(const Contact& c, const double* x) {
+inline ContactImpulse to_world(const ContactGeometry& c, const double* x) {
   const ContactBasis basis(c);
   ContactImpulse f{basis.to_world(x), {}};
   for (int k = 3; k < c.rows; ++k)
@@ -132,7 +136,7 @@ inline ContactImpulse to_world(const Contact& c, const double* x) {
   return f;
 }
 // Converts velocities (u, omega) to rows with angular_scale = l, impulses (f, tau) with 1 / l.
-inline void to_rows(const Contact& c, const Vec3& linear, const Vec3& angular, double angular_scale,
+inline void to_rows(const ContactGeometry& c, const Vec3& linear, const Vec3& angular, double angular_scale,
                     double* x) {
   const ContactBasis basis(c);
   basis.to_contact(linear, x);

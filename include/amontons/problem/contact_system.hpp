@@ -54,7 +54,7 @@ struct HalfRows {
 // their bodies. E >= 0 is the compliance divided by h^2 (1/kg, as the rest of A).
 struct ContactSystem {
   Bodies bodies;
-  std::vector<Contact> contacts;
+  std::vector<ContactGeometry> contacts;
   std::vector<double> contact_compliance;  // one E per contact, isotropic
   std::vector<JacobianRow> jacobian;
   std::vector<double> compliance;  // E, one per stored row
@@ -75,7 +75,7 @@ struct ContactSystem {
 };
 
 // Row k of a contact as a row of D.
-JacobianRow jacobian_row(const Contact& contact, const ContactBasis& basis, int k);
+JacobianRow jacobian_row(const ContactGeometry& contact, const ContactBasis& basis, int k);
 
 // w += D'x, w six numbers per body: the impulses at the centres of mass.
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w);

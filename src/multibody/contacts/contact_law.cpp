@@ -69,7 +69,7 @@ void set_friction(const Material& material, double slip, Contact& contact) {
 // Moments enter as m / L, spins as L w: with rows in m/s their diagonal is L^2 times the second. The two
 // means agree for L^2 = force / moment; for a rolling ball that is about its radius. All three axes are
 // summed, so that L does not depend on the tangents. Between bodies that cannot turn L has no effect: 1.
-double moment_length(const Contact& contact, const BodyMobilities& mobility) {
+double moment_length(const ContactGeometry& contact, const BodyMobilities& mobility) {
   const ContactBasis basis(contact);
   double force = 0, moment = 0;
   const auto add = [&](Index body, const Vec3& r) {

@@ -19,7 +19,7 @@ void set_friction(const Material& material, double slip, Contact& contact);
 
 // The length by which the moments of a contact are divided. It makes the mean of diag(A) over the moments
 // equal to that over the forces, so that one number per block preconditions both.
-double moment_length(const Contact& contact, const BodyMobilities& mobility);
+double moment_length(const ContactGeometry& contact, const BodyMobilities& mobility);
 
 // Appends the set of a contact to K.
 void append_set(const Contact& contact, SetProduct& K);

@@ -67,17 +67,16 @@ bool NearPairs::hold(const Reach& reach, const Extents& now, std::span<const uns
   return all;
 }
 
-// A geom may go on by what it moves in some steps. A body at rest counts with the velocity that its load
-// gives it, and so it has room for what its support leaves. More slack would list
-// more pairs than a search costs.
+// Let r be the radius of balls, and s their slack. A list has pairs in proportion to (1 + s / r)^3, and a
+// search for it costs as much. Bodies need time in proportion to s to leave it: per time, searches cost least
+// with s = r / 2. A geom that cannot move needs no slack. A body at rest counts with the velocity that its
+// load gives it, and so it has room for what its support leaves.
 void NearPairs::grow(const Reach& reach, const Extents& now, std::span<const GeomMotion> motions) {
   grown_.resize(now.boxes.size(), reach.memory());
   grown_.placed = next_number();
-  constexpr double steps = 8;  // not tuned: a search costs as much as so many passes over its pairs
-  const double most = 0.25 * reach.model.length();  // not tuned: twice the volume, of a ball of that length
   for_entries(reach.threads, now.boxes.size(), [&](std::size_t g) {
     const double travel = norm(now.travels[g]);
-    const double slack = std::min(steps * (travel + reach.h * motions[g].spin), most);
+    const double slack = travel + motions[g].spin > 0 ? 0.5 * reach.model.length() : 0;
     grown_.travels[g] = {};
     grown_.balls[g] = {now.balls[g].centre, with_rounding * (now.balls[g].radius + travel + slack)};
     grown_.half_spaces[g] = {now.half_spaces[g].normal, now.half_spaces[g].top + slack};

@@ -31,23 +31,21 @@ void rows_of(const Contact& c, const CarriedContact& last, double scale, double*
 // drift.
 void keep_for_warm_start(const SolvedContacts& solved, const BodyFrames& bodies, unsigned threads,
                          std::vector<CarriedContact>& kept) {
-  const auto& contacts = std::get<ContactSystem>(solved.problem.A).contacts;
   const auto rows_of_contact = [&](std::size_t i) { return &solved.x[solved.problem.graph.first_row[i]]; };
   static thread_local std::vector<PairKey> memory;
   std::vector<PairKey>& keys = memory;  // on another thread `memory` is that thread's
   static thread_local std::vector<CarriedContact> of_last_step;
   std::vector<CarriedContact>& last = of_last_step;
   last.swap(kept);
-  sort_by_pair(contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
+  sort_by_pair(solved.contacts, keys, [&](std::size_t i) { return rows_of_contact(i)[0] > 0; });
   kept.resize(keys.size());
   for_entries(threads, keys.size(), [&](std::size_t k) {
     const std::size_t i = keys[k].contact;
-    const Contact& c = contacts[i];
+    const Contact& c = solved.contacts[i];
     const Index same = solved.same[i];
     const auto [linear, angular] = same >= 0 ? ContactImpulse{last[same].impulse, last[same].angular_impulse}
                                              : to_world(c, rows_of_contact(i));
-    const Contact& result = solved.contacts[i];
-    const double slip = result.state == ContactState::slip ? norm(result.slip) : 0;
+    const double slip = c.state == ContactState::slip ? norm(c.slip) : 0;
     // A contact may be at its limit without slipping.
     kept[k] = {c.geom_a, c.geom_b, inverse(bodies[c.body_a].pose)(c.point),
                linear,   angular,  slip > solved.least ? slip : 0};

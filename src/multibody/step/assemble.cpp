@@ -110,8 +110,8 @@ void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, c
     if (c.rows > 3) c.moment_length = moment_length(c, bodies.mobility);
     A.contact_compliance[i] =
         std::max(contact_compliance(c.material, options), softness(bodies, c, options.model));
-    // A copy: the simulation's contacts receive impulses later, while a Problem is constant and may be
-    // shared.
+    // A copy, because a Problem is constant and may be shared, without the results: the step writes those
+    // into its own contacts later.
     A.contacts[i] = c;
   });
   // One thread: where a set lies follows from the kinds of all sets before it.
@@ -131,11 +131,10 @@ void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, c
 //
 // b = D v_free + c, of contacts in the frame of each. It includes the velocity of bodies that impulses do not
 // move, and of moving surfaces. Auxiliary bodies start at rest.
-void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,
-             std::span<const Vec3> turns, Problem& problem) {
-  const auto& A = std::get<ContactSystem>(problem.A);
-  for_entries(options.threads, A.contacts.size(), [&](std::size_t i) {
-    const Contact& c = A.contacts[i];
+void write_b(const BodyVelocities& free, std::span<const Contact> contacts, const JointRows& rows,
+             const Assembly& options, std::span<const Vec3> turns, Problem& problem) {
+  for_entries(options.threads, contacts.size(), [&](std::size_t i) {
+    const Contact& c = contacts[i];
     // Rows of its own for each contact: no thread reads what another writes.
     double* b = &problem.b[problem.graph.first_row[i]];
     const ContactImpulse u = relative_motion(c, free);
@@ -157,7 +156,7 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
                  const Assembly& options) {
   Problem problem;
   assemble_system(bodies, contacts, rows, options, problem);
-  write_b(bodies.free, rows, options, {}, problem);
+  write_b(bodies.free, contacts, rows, options, {}, problem);
   return problem;
 }
 

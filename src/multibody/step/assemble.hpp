@@ -21,9 +21,9 @@ struct Assembly {
 // A and K of the VI of a step: bodies, contacts, then joint rows. Sets the lengths of the contacts' moments.
 void assemble_system(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                      const Assembly& options, Problem& problem);
-// Its b, for free velocities of bodies and, unless empty, the terms of contacts that turn.
-void write_b(const BodyVelocities& free, const JointRows& rows, const Assembly& options,
-             std::span<const Vec3> turns, Problem& problem);
+// Its b, for the same contacts, free velocities of bodies and, unless empty, the terms of contacts that turn.
+void write_b(const BodyVelocities& free, std::span<const Contact> contacts, const JointRows& rows,
+             const Assembly& options, std::span<const Vec3> turns, Problem& problem);
 // Both.
 Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const JointRows& rows,
                  const Assembly& options);

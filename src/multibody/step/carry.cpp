@@ -27,13 +27,14 @@ bool moves_at_rest(const Contact& c, const ContactGraph& graph, const BodyVeloci
 
 }  // namespace
 
-Part find_carrying(const Problem& problem, const std::vector<double>& x, const BodyVelocities& v,
+Part find_carrying(const PosedImpulses& posed, const BodyVelocities& v,
                    const std::function<bool(Index)>& counts, Options options, Budget& budget) {
+  const auto& [problem, contacts, x] = posed;
   const auto& A = std::get<ContactSystem>(problem.A);
   const ContactGraph& graph = problem.graph;
   std::vector<unsigned char> slides(graph.islands.count, 0);
-  for (std::size_t i = 0; i < A.contacts.size(); ++i)
-    if (moves_at_rest(A.contacts[i], graph, v)) slides[graph.islands.of_block[i]] = 1;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (moves_at_rest(contacts[i], graph, v)) slides[graph.islands.of_block[i]] = 1;
   Part part;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     const Index home = graph.islands.of_block[block];

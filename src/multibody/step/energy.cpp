@@ -42,10 +42,9 @@ bool dissipates(const EnergyInput& in, std::size_t i) {
 }
 
 double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
-  const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
   double work = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& c = contacts[i];
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    const Contact& c = in.contacts[i];
     const bool passive = dissipates(c);
     if (passive && !driven && c.surface_velocity == Vec3{}) continue;
     const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
@@ -150,9 +149,8 @@ double along_motion(const EnergyInput& in) {
     change[i] = with_lag(in, i, in.after[i]) - in.start[i];
     sum += inner_product(in, i, with_lag(in, i, in.free[i]) - in.start[i], change[i]);
   }
-  const auto& contacts = std::get<ContactSystem>(in.problem.A).contacts;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& c = contacts[i];
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    const Contact& c = in.contacts[i];
     if (dissipates(c)) continue;
     const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
     const ContactImpulse u = relative_motion(c, change);

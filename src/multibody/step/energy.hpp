@@ -14,6 +14,7 @@ struct EnergyInput {
   const BodyVelocities &start, &free, &after;
   const std::vector<GyroscopicSpin>& spins;
   const Problem& problem;
+  const std::vector<Contact>& contacts;  // of the problem
   const Solution& solution;
   const JointRows& rows;
   double dt;        // s, of the whole step; the allowance refers to it

@@ -42,9 +42,9 @@ JointRows locked_rows(const StepSetting& step, const State& state, const Observe
 // Bodies move with u- along the rows before the impact. The work of impulses x is x' (u- + A x / 2), the mean
 // of the velocities before and after; A x is the solution's u minus its b. As b_n = (1 + e) u_n^-, the
 // problem without restitution has b = u-.
-void limit_energy(const Problem& problem, const StepSolver& solver, Solution& s) {
+void limit_energy(const Problem& problem, std::span<const Contact> contacts, const StepSolver& solver,
+                  Solution& s) {
   Problem inelastic = problem;
-  const auto& contacts = std::get<ContactSystem>(problem.A).contacts;
   for (std::size_t i = 0; i < contacts.size(); ++i)  // all of these contacts approach
     inelastic.b[problem.graph.first_row[i]] /= 1 + contacts[i].material.restitution;
   const std::vector<double>& before = inelastic.b;
@@ -97,7 +97,7 @@ void store(const Problem& problem, const std::vector<double>& x, const std::vect
   for (std::size_t k = 0; k < index.size(); ++k) {
     Contact& c = contacts[index[k]];
     // Only the active copy has the length of its moments.
-    const Contact& active = std::get<ContactSystem>(problem.A).contacts[k];
+    const ContactGeometry& active = std::get<ContactSystem>(problem.A).contacts[k];
     const ContactImpulse impulse = to_world(active, &x[problem.graph.first_row[k]]);
     c.impulse += impulse.linear;
     c.angular_impulse += impulse.angular;
@@ -139,7 +139,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
     solver.clock.lap(&Timings::assembly);
     Solution s = solve_step(solver, problem, {});
     solver.sums.add_status(s.status);
-    limit_energy(problem, solver, s);
+    limit_energy(problem, active, solver, s);
     solver.clock.lap(&Timings::solve);
     if (step.tree.moves())
       add_tree_impacts(o.tree_setting(step), o.joints, impulses_on_bodies(problem, s.x), *bodies.trees,

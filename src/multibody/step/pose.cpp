@@ -113,7 +113,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
 }
 
 void write_b(const Observed& o, StepProblem& posed) {
-  write_b(o.free, posed.rows, posed.assembly, posed.turns, *posed.problem);
+  write_b(o.free, o.contacts, posed.rows, posed.assembly, posed.turns, *posed.problem);
 }
 
 void take_in(const Solved& solved, std::size_t known, Observed& o, StepProblem& posed) {

@@ -158,7 +158,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   std::vector<Contact> none;
   const Assembly at_rest{.h = in.h, .kick = in.h, .recovery_speed = 0};
   assemble_system(in.at_rest(rest), none, rows, at_rest, problem);
-  write_b(rest, rows, at_rest, {}, problem);
+  write_b(rest, none, rows, at_rest, {}, problem);
   clock.lap(&Timings::assembly);
   const bool linear = problem.K.all_bilateral();
   Options options;

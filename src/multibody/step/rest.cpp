@@ -92,10 +92,11 @@ void keep_solved(const Problem& problem, Law law, double tolerance, const Soluti
 
 // Beside bodies that move only islands whose impulses carry all loads to rounding rest. Those of the others
 // are changed until they do, if the island can stand.
-void keep_carried(const StepSetting& step, const Problem& problem, const BodyVelocities& predicted,
+void keep_carried(const StepSetting& step, std::span<const Contact> contacts, const PosedStart& posed,
                   const RestSolver& solver, Solution& start, StepIslands& islands) {
   const double length = step.model.length(), share = step::policy.direct_start;
   const double rounding = share * step.options.tolerance;
+  const auto& [problem, _1, predicted, _2] = posed;
   const Islands& graph = problem.graph.islands;
   std::vector<Island> carried = islands.each;
   keep_slow(length, predicted, rounding, graph, carried);
@@ -109,7 +110,7 @@ void keep_carried(const StepSetting& step, const Problem& problem, const BodyVel
   Options options = solver.options;
   options.tolerance = share * rounding;
   options.iterates = nullptr;
-  const Part part = find_carrying(problem, start.x, predicted, counts, options, solver.budget);
+  const Part part = find_carrying({problem, contacts, start.x}, predicted, counts, options, solver.budget);
   solver.sums.add_cost(part.solution);
   std::vector<double> change(problem.rows(), 0.0);
   for (std::size_t k = 0; k < part.solution.x.size(); ++k)
@@ -176,7 +177,7 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto rests = [](const Island& i) { return i.rests; };
   islands.slow = islands.slow && std::all_of(islands.each.begin(), islands.each.end(), rests);
   if (!islands.slow && !step.options.own_method)
-    keep_carried(step, problem, posed.predicted, solver, start, islands);
+    keep_carried(step, o.contacts, posed, solver, start, islands);
   return some || rests_any(islands);
 }
 

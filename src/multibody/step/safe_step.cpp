@@ -21,6 +21,7 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .after = solved.after,
           .spins = o.spins,
           .problem = *posed.problem,
+          .contacts = o.contacts,
           .solution = solved.solution,
           .rows = posed.rows,
           .dt = step.options.dt,

@@ -158,7 +158,7 @@ void Reduction::start_columns(const Problem& problem) {
   std::size_t column = 0;
   for (const IslandBlock& r : rest_) {
     if (r.row < contact_rows) {
-      const Contact& c = A.contacts[r.block];
+      const ContactGeometry& c = A.contacts[r.block];
       const ContactBasis basis(c);
       for (std::size_t k = 0; k < r.dim; ++k)
         start_column(A.bodies, jacobian_row(c, basis, static_cast<int>(k)), column++);

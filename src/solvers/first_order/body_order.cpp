@@ -90,7 +90,7 @@ Walk walk(const ContactSystem& A, const std::vector<Link>& links, const std::vec
         if (seen[j]) continue;
         Vec3 position = w.position[next];
         if (link < A.contacts.size()) {
-          const Contact& c = A.contacts[link];
+          const ContactGeometry& c = A.contacts[link];
           // p_b = p_a + r_a - r_b: to the point along one arm, and back along the other.
           const double sign = links[link].a == static_cast<Index>(i) ? 1 : -1;
           position += sign * (c.r_a - c.r_b);

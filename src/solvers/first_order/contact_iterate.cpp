@@ -145,7 +145,7 @@ void ContactIterate::State::fill_contacts(const Problem& problem, const ContactS
           batch.normal[0][l] = 1;
           fill_rows(&A.jacobian[3 * static_cast<std::size_t>(index)], l, contact_rows[i]);
         } else {
-          const Contact& contact = A.contacts[index];
+          const ContactGeometry& contact = A.contacts[index];
           for (int k = 0; k < 3; ++k) {
             batch.r_a[k][l] = contact.r_a[k];
             batch.r_b[k][l] = contact.r_b[k];
@@ -337,7 +337,7 @@ bool ContactIterate::fits(const Problem& problem) {
     visit_kind(run.kind, [&]<class S>() { known = known && (S::dim == 1 || std::is_same_v<S, Friction>); });
   // The passes assume tangents that follow from the normal alone.
   return known && std::none_of(A->contacts.begin(), A->contacts.end(),
-                               [](const Contact& c) { return !(c.direction == Vec3{}); });
+                               [](const ContactGeometry& c) { return !(c.direction == Vec3{}); });
 }
 
 ContactIterate::ContactIterate(const Problem& problem, Law law, unsigned threads, Isa isa)

@@ -27,9 +27,8 @@ using Writer = HostArray<double>::Writer;
 
 // Places that a thread takes at a time: some 0.1 ms of work, long beside the hand-over to a thread.
 constexpr std::size_t places_per_part = 4096;
-// A contact of the problem is 424 bytes. The passes need numbers on its first five lines. The processor does
-// not foresee the order along the curve. So lines are fetched this many contacts ahead.
-constexpr std::size_t contacts_ahead = 16, bytes_of_contact = 256;
+// The processor does not foresee the order along the curve. So contacts are fetched so many ahead.
+constexpr std::size_t contacts_ahead = 16;
 // The key of an entry that is in no list.
 constexpr std::uint32_t no_key = std::numeric_limits<std::uint32_t>::max();
 
@@ -78,8 +77,8 @@ void fill_padding(HostArray<double>& array, std::size_t fields, std::size_t from
     for (std::size_t i = from; i < stride; ++i) put(k * stride + i, 0);
 }
 
-void prefetch(const Contact& contact) {
-  for (std::size_t at = 0; at <= bytes_of_contact; at += 64)
+void prefetch(const ContactGeometry& contact) {
+  for (std::size_t at = 0; at <= sizeof contact; at += 64)
     __builtin_prefetch(reinterpret_cast<const char*>(&contact) + at);
 }
 
