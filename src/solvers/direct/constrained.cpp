@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
@@ -50,7 +51,11 @@ class ConstrainedRun final : public Run {
     // reported.
     measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     ++s.products;
-    for (int k = 0; k < direct::policy.refinements && s.residual > options_.tolerance; ++k, ++s.products) {
+    // A correction removes the rounding of K. Where it does not halve the residual, only that of the product
+    // is left, or an error of the other rows, which no correction reaches.
+    for (double before = std::numeric_limits<double>::infinity();
+         s.residual > options_.tolerance && s.residual < 0.5 * before; ++s.products) {
+      before = s.residual;
       problem_.correct(s.u, s.x);
       measure(problem_.whole(), law_of(problem_.whole(), options_), s);
     }

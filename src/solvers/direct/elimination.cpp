@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -96,13 +97,14 @@ double Elimination::Memory::form_u(Solution& s) const {
 }
 
 // Completes x by the bilateral rows, forms u and the residual of the problem; returns the map of those rows.
+// Rounds remove the error of K as long as they halve it; the rest is rounding.
 double Elimination::Memory::complete(Solution& s) {
   in_trees ? trees.recover(s.x) : reduction.recover(s.x);
-  double bilateral = form_u(s);
-  for (int k = 0;
-       k < direct::policy.refinements &&
-       bilateral > std::max(second_order::policy.rounding, direct::policy.aim * options->tolerance) * scale;
-       ++k) {
+  double bilateral = form_u(s), before = std::numeric_limits<double>::infinity();
+  const double enough =
+      std::max(second_order::policy.rounding, direct::policy.aim * options->tolerance) * scale;
+  while (bilateral > enough && bilateral < 0.5 * before) {
+    before = bilateral;
     in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
@@ -141,10 +143,11 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   m.solve_islands(options.x0, s);
   double bilateral = m.complete(s);
   // W has the rounding of a factorisation and the least compliance of K; with very different masses these may
-  // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction).
-  for (int k = 0;
-       k < direct::policy.refinements && s.residual > options.tolerance && m.solved() && !budget.late();
-       ++k) {
+  // exceed the tolerance. The u of the problem itself then gives the correct q (defect correction). A round
+  // that does not halve the residual leaves its own rounding.
+  for (double before = std::numeric_limits<double>::infinity();
+       s.residual > options.tolerance && s.residual < 0.5 * before && m.solved() && !budget.late();) {
+    before = s.residual;
     for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);

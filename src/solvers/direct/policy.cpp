@@ -13,7 +13,6 @@ constinit Policy policy;
                            {"most_factor_work", &policy.most_factor_work},
                            {"aim", &policy.aim},
                            {"reduced_share", &policy.reduced_share},
-                           {"refinements", &policy.refinements},
                            {"stale_steps", &policy.stale_steps},
                            {"proximal", &policy.proximal},
                            {"sweeps_per_step", &policy.sweeps_per_step},

@@ -26,10 +26,6 @@ struct Policy {
   // Natural map (tolerances): target of islands, and of a first-order method on constrained bodies; the
   // remainder is left to the rounding of W and of K.
   double reduced_share = 0.9;
-  // Rounds (count): that remove the error of K in the true problem. A round refines bilateral impulses or
-  // solves the islands again; masses of 1e8 : 1e-8 need three of these. The least compliance of K slows the
-  // convergence if links have 1e-8 of the mass that they carry (test_light_bodies). Off: 0.
-  int refinements = 6;
 
   // Search for faces.
 
