@@ -98,6 +98,11 @@ def shortened(text: str, most: int = 300) -> str:
     return text if len(text) <= most else f"{text[: most - 20]}... of {len(text)} characters"
 
 
+def listed(names: Sequence[str], most: int = 3) -> str:
+    """The first names, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def positive(what: str, value: Any) -> float:
     """`value` as a float that is finite and above zero."""
     value = number(what, value, infinite=True)

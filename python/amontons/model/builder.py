@@ -20,7 +20,7 @@ from .model import FRICTION_RULES, TREE_TERMS, TREES, Model, no_model
 from .parts import NO_FLUID, OWN, WORLD, Body, Bond, Coupling, Fluid, Geom, Material, Motor, PairMaterial
 from .sensing import Site
 from .shapes import Plane, Shape
-from .transforms import IDENTITY, ORIGIN, Transform, add, conjugate, rotate
+from .transforms import IDENTITY, Transform, add, conjugate, rotate
 from .visuals import TriangleMesh, Visual
 
 EVERYTHING = 2**32 - 1
@@ -110,7 +110,7 @@ class ModelBuilder(DriveBuilder):
                     name_of_geom,
                     len(self._parts.bodies),
                     shape=shape,
-                    material=_or_default(material),
+                    material=material or Material(),
                     friction_direction=friction_direction,  # type: ignore[arg-type]
                 )
             require_movable(who, shape, motion)
@@ -175,7 +175,7 @@ class ModelBuilder(DriveBuilder):
                 body,  # type: ignore[arg-type]
                 local,
                 shape=shape,
-                material=_or_default(material),
+                material=material or Material(),
                 surface_velocity=surface_velocity,  # type: ignore[arg-type]
                 surface_spin=surface_spin,  # type: ignore[arg-type]
                 category=category,
@@ -326,7 +326,7 @@ class ModelBuilder(DriveBuilder):
         a, b = (self._mount(body, OWN)[0] for body in (body_a, body_b))
         if a == b:
             raise InputError("add_bond: a body needs no bond to itself; give two bodies")
-        poses = [ORIGIN if i == WORLD else self._parts.bodies[i].pose for i in (a, b)]
+        poses = [self.pose(i) for i in (a, b)]
         place = vector3("add_bond: point", point)
         axis = rotate(conjugate(poses[1].rotation), unit_vector("add_bond: normal", normal))
         ends = [pose.inverse()(place) for pose in poses]
@@ -509,7 +509,3 @@ def _add_mass(things: list[Any], index: int, solid: MassProperties) -> None:
     former = things[index]
     solid = MassProperties(former.mass, former.centre_of_mass, former.inertia) + solid
     things[index] = changed(former, **vars(solid))
-
-
-def _or_default(material: Material | None) -> Material:
-    return Material() if material is None else material

@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import KeysView, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, get_args, get_type_hints
 
-from ..checks import about, changed, shown
+from ..checks import about, changed, chosen, shown
 from ..errors import InputError
 from ..guidance import guided
 from .drives import Actuator, Tendon
 from .links import Link
+from .mass import MassProperties
 from .model import index_of
-from .parts import WORLD, Body, Bond, Coupling, FluidBox, Geom, Joint, PairMaterial
+from .parts import OWN, WORLD, Body, Bond, Coupling, FluidBox, Geom, Joint, PairMaterial
 from .presets import Keyframe, Unread
 from .references import Place, rewired
 from .sensing import Sensor, Site
 from .shapes import Shape
+from .transforms import ORIGIN, Transform
 from .visuals import Visual
 
 LONGEST_NAME = 1000
-LISTS: dict[type, str] = {
-    Body: "bodies", Geom: "geoms", Joint: "joints", Coupling: "couplings", Site: "sites", Sensor: "sensors",
-    Tendon: "tendons", Actuator: "actuators", Link: "links", PairMaterial: "pair_materials",
-    FluidBox: "fluid_boxes", Bond: "bonds", Visual: "visuals",
-}  # fmt: skip
-"""Parts and their lists in `Parts` and `Model`."""
-NAMED = {kind.__name__.lower(): name for kind, name in list(LISTS.items())[:9]}
-"""Kinds of parts with names of their own, and their lists."""
 
 
 @dataclass(frozen=True)
@@ -51,17 +45,17 @@ class Parts:
     geoms: list[Geom]
     joints: list[Joint]
     couplings: list[Coupling]
-    pair_materials: list[PairMaterial]
-    excluded_bodies: list[tuple[int, int]]
-    excluded_geoms: list[tuple[int, int]]
-    fluid_boxes: list[FluidBox]
-    bonds: list[Bond]
-    tendons: list[Tendon]
-    actuators: list[Actuator]
     sites: list[Site]
     sensors: list[Sensor]
-    visuals: list[Visual]
+    tendons: list[Tendon]
+    actuators: list[Actuator]
     links: list[Link]
+    pair_materials: list[PairMaterial]
+    fluid_boxes: list[FluidBox]
+    bonds: list[Bond]
+    visuals: list[Visual]
+    excluded_bodies: list[tuple[int, int]]
+    excluded_geoms: list[tuple[int, int]]
     unread: list[Unread]
 
     def __init__(self, **lists: list[Any]) -> None:
@@ -71,6 +65,12 @@ class Parts:
     def lists(self) -> dict[str, list[Any]]:
         """The lists by their names, which are those of `Model`."""
         return {name: getattr(self, name) for name in Parts.__annotations__}
+
+
+LISTS: dict[type, str] = {get_args(kind)[0]: name for name, kind in list(get_type_hints(Parts).items())[:13]}
+"""Parts that may be added, and their lists in `Parts` and `Model`."""
+NAMED = {kind.__name__.lower(): name for kind, name in list(LISTS.items())[:9]}
+"""Kinds of parts with names of their own, and their lists."""
 
 
 @guided
@@ -99,6 +99,35 @@ class Collection:
             known = ", ".join(kind.__name__ for kind in LISTS)
             raise InputError(f"add: {shown(part)} is no part; give one of {known}")
         return self._append(self._referred(part))
+
+    def part(self, kind: str, key: int | str) -> Any:
+        """The part of a kind ("body", "geom", "joint" and so on) with this index or name; InputError if none.
+
+        >>> builder = ModelBuilder()
+        >>> ball = builder.add_body("ball", shape=shapes.Sphere(0.1), mass=1)
+        >>> builder.part("body", "ball").mass
+        1.0
+        """
+        return getattr(self._parts, chosen("kind", kind, NAMED))[self._index(kind, key)]
+
+    def names(self, kind: str) -> KeysView[str]:
+        """The names of a kind of parts, in the order in which they were added."""
+        return self._names[kind].keys()
+
+    def pose(self, body: int | str | None) -> Transform:
+        """Where a body, given by index or name, is in the world at the start; the world is at ORIGIN."""
+        index = self._mount(body, OWN)[0]
+        return ORIGIN if index == WORLD else self._parts.bodies[index].pose
+
+    def is_fixed(self, body: int | str | None) -> bool:
+        """Whether a body, given by index or name, is static; the world is."""
+        index = self._mount(body, OWN)[0]
+        return index == WORLD or self._parts.bodies[index].motion == "static"
+
+    def set_mass(self, body: int | str, solid: MassProperties) -> None:
+        """Give a body the mass properties of a solid in place of its own (`Shape.mass_properties`)."""
+        index = self._index("body", body)
+        self._parts.bodies[index] = replace(self._parts.bodies[index], **vars(solid))
 
     def _referred(self, part: Any) -> Any:
         """The part with a name of its own and with indices; InputError if something in it does not exist."""

@@ -23,7 +23,7 @@ from .joint_options import (
     joint_fields,
     require_options,
 )
-from .parts import OWN, WORLD, Joint
+from .parts import OWN, Joint
 from .references import Place
 from .transforms import ORIGIN
 
@@ -214,5 +214,5 @@ class JointBuilder(Collection):
 
     def _end(self, place: Place) -> _core.JointEnd:
         body, frame, _ = place
-        pose = ORIGIN if body == WORLD else self._parts.bodies[body].pose
-        return _core.JointEnd(body, *((at.position, at.rotation) for at in (pose, frame or ORIGIN)))
+        both = self.pose(body), frame or ORIGIN
+        return _core.JointEnd(body, *((at.position, at.rotation) for at in both))

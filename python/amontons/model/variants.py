@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import isclose, sqrt
 from typing import Any
 
-from ..checks import shown
+from ..checks import listed, shown
 from ..errors import InputError, ModelWarning
 from ..escapes import visible
 from .parts import Material, PairMaterial
@@ -114,9 +114,8 @@ def _follow(model: Model, draft: Draft, what: str, named: set[int], given: set[t
             own.append(f'("{model.geom_names[a]}", "{model.geom_names[b]}") {value:g}')
         draft["pair_materials"][k] = replace(pair, material=material_with(pair.material, what, value))
     if own:
-        more = f" and {len(own) - 3} more" if len(own) > 3 else ""
         warnings.warn(
-            f"{what} of pairs of their own stays: {', '.join(own[:3])}{more}; name the pairs, as "
+            f"{what} of pairs of their own stays: {listed(own)}; name the pairs, as "
             f"{what}={{('foot', 'floor'): 0.4}}",
             ModelWarning,
             stacklevel=5,

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from ...checks import number
+from ...checks import listed, number
 from ...errors import InputError
 from ...model.decomposing import decompose
 from ...model.model import Model
@@ -18,7 +18,6 @@ from .issues import Issues
 
 SHARE = 0.01
 """Error of a decomposition over the diagonal of the mesh, where the user gives none"""
-SHOWN = 3
 
 
 def with_parts(model: Model, issues: Issues, error: bool | float) -> tuple[Model, list[int]]:
@@ -49,11 +48,8 @@ def with_parts(model: Model, issues: Issues, error: bool | float) -> tuple[Model
         parts[k] = found.hulls
         notes.append(f'"{geom.name}" {len(found.hulls)} parts, {1e3 * found.deviation:.3g} mm')
     if notes:
-        more = f" and {len(notes) - SHOWN} more" if len(notes) > SHOWN else ""
         issues.notes.append(
-            "meshes collide as convex parts, which reach outside of them by at most: "
-            + ", ".join(notes[:SHOWN])
-            + more
+            f"meshes collide as convex parts, which reach outside of them by at most: {listed(notes)}"
         )
     return _divided(model, parts) if parts else (model, list(range(len(model.geoms))))
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import listed
 from ...errors import FileError, InputError
 from ...model.parts import Dof, Joint
 from ...model.transforms import ORIGIN, Transform, rotation_to_z
@@ -40,8 +41,7 @@ def read_loops(compiled: Compiled, bodies: Bodies, joints: Joints, beside: Path 
     if made.gaps:
         compiled.issues.notes.append(
             "loops that are open in the pose of the file, which the first steps close: "
-            + ", ".join(f'"{name}" {1e3 * gap:.3g} mm' for name, gap in made.gaps[:3])
-            + (f" and {len(made.gaps) - 3} more" if len(made.gaps) > 3 else "")
+            + listed([f'"{name}" {1e3 * gap:.3g} mm' for name, gap in made.gaps])
         )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from ...checks import listed
 from ...model.model import Model
 from ...model.parts import Coupling, Dof, Joint
 from ...model.transforms import Transform, rotate
@@ -17,8 +18,6 @@ STAND_IN = 1e-6
 """kg, kg m^2: what MuJoCo's compiler gets for them; the model has no trace of it"""
 MOST = 6
 """Degrees of freedom of a joint"""
-NAMED = 3
-"""Links in a note at most."""
 
 
 def stand_in(spec: Any, issues: Issues) -> frozenset[str]:
@@ -33,11 +32,9 @@ def stand_in(spec: Any, issues: Issues) -> frozenset[str]:
             body.fullinertia = [STAND_IN] * 3 + [0.0] * 3
             found.append(body.name)
     if found:
-        shown = ", ".join(f'"{name}"' for name in found[:NAMED])
-        more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
         issues.notes.append(
             "links without mass between two joints are no bodies, and the joints one with several parts: "
-            f"{shown}{more}"
+            + listed([f'"{name}"' for name in found])
         )
     return frozenset(found)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
+from ...checks import listed
 from ...model.model import Model
 from .compiled import Compiled
 
 ALLOWED = 1e-4
 """lengths of the model: smaller overlaps count as zero, as in the correction of positions"""
-SHOWN = 3
 
 Pairs = set[tuple[int, int]]
 
@@ -72,9 +72,8 @@ def without_overlaps(compiled: Compiled, sources: list[int], model: Model, *, al
         overlapping |= {(min(p), max(p)) for p in product(*links)}
         names.append(" and ".join(_link_name(compiled, trees, links_[0]) for links_ in links))
     if names:
-        shown = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
         compiled.issues.notes.append(
-            f"links that overlap in the pose of the file do not touch each other: {shown} "
+            f"links that overlap in the pose of the file do not touch each other: {listed(names)} "
             "(self_overlaps=True lets them)"
         )
     return _excluding(model, overlapping)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...checks import shortened
+from ...checks import listed, shortened
 from ...errors import FileError
 from ...limits import DEFAULT, Limits
 from ...model import collada, stl_text
@@ -27,8 +27,6 @@ NONE = 1e-15  # kg m^2: what MuJoCo takes for no inertia
 FORMATS = (".stl", ".obj", ".msh")
 DENSITY = 1000.0
 """kg/m^3, of what has a mass and no size; MuJoCo's default of geoms"""
-NAMED = 3
-"""Links in a note at most."""
 
 
 def prepare(
@@ -86,11 +84,10 @@ def judge_masses(root: Element, masses: dict[str, float], issues: Issues) -> Non
     found = {link.name: masses[link.name] for link in links if masses.get(link.name, 0.0) > 0}
     if root.tag == "robot" and found:
         heaviest = sorted(found, key=lambda name: -found[name])
-        shown = ", ".join(f'"{name}" {found[name]:.3g} kg' for name in heaviest[:NAMED])
-        more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+        shown = listed([f'"{name}" {found[name]:.3g} kg' for name in heaviest])
         issues.notes.append(
             f"links without <inertial> have the mass of their shapes at {DENSITY:g} kg/m^3, "
-            f"{sum(found.values()):.3g} kg of {sum(masses.values()):.3g} kg: {shown}{more}"
+            f"{sum(found.values()):.3g} kg of {sum(masses.values()):.3g} kg: {shown}"
         )
 
 
@@ -171,10 +168,9 @@ def judge_limits(root: Element, issues: Issues) -> None:
             issues.add(e, f"lower {lower:g} is above upper {upper:g}; it moves without limits, as in MuJoCo")
     names = [f'"{e.name}"' for e in root.children if e.tag == "joint" and urdf_range(e) is not None]
     if names:
-        shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
         issues.notes.append(
             "joints without a range of motion stay where they are, as the URDF specification has it, while "
-            f"in MuJoCo they move without limits: {shown}; give lower < upper, or the type continuous"
+            f"in MuJoCo they move without limits: {listed(names)}; give lower < upper, or the type continuous"
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree  # type: ignore[import-untyped]
 
-from ...checks import Array
+from ...checks import Array, listed
 from ...errors import InputError
 from ...model.assembly import Assembly, Block
 from ...model.parts import WORLD
@@ -246,7 +246,7 @@ def require_joined(
             waiting.append(near)
     loose = [block.name for i, block in enumerate(blocks) if i not in reached]
     if loose:
-        names = ", ".join(map(repr, loose[:5])) + (f" and {len(loose) - 5} more" if len(loose) > 5 else "")
+        names = listed([*map(repr, loose)], 5)
         raise InputError(
             f"block {names}: no chain of joints leads to a support, with faces at most {gap:.3g} m apart; "
             "give a larger gap=, check the unit of the file, or make it a support"

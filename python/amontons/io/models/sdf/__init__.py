@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
+from ....checks import listed
 from ....errors import FileError, InputError
 from ....limits import Limits
 from ....model.builder import ModelBuilder
@@ -206,10 +207,9 @@ class _Building:
                     joints.read(scope, frame.element)
         joints.finish()
         if self.guessed:
-            names = ", ".join(f'"{name}"' for name in self.guessed[:3])
-            more = f" and {len(self.guessed) - 3} more" if len(self.guessed) > 3 else ""
+            names = listed([f'"{name}"' for name in self.guessed])
             self.issues.notes.append(
-                f"links without <inertial> have SDF's mass of 1 kg and moments of 1 kg m^2: {names}{more}"
+                f"links without <inertial> have SDF's mass of 1 kg and moments of 1 kg m^2: {names}"
             )
         try:
             return replace(self.builder.build(), unread=self.issues.unread())
@@ -284,7 +284,7 @@ class _Building:
     ) -> None:
         frame = place.inverse() @ scope.element_pose(e, name)
         found = surface(e, self.issues)
-        own = f"{self.builder._parts.bodies[body].name}::{e.name}"
+        own = f"{scope.prefix}{name}::{e.name}"
         for number, (shape, inner) in enumerate(self.shapes.read(e, moves=moves)):
             at = frame @ inner
             direction = None if found.direction is None else rotate(frame.rotation, found.direction)

@@ -52,9 +52,7 @@ class Joints:
         (child, child_pose), (parent, parent_pose) = ends
         if child == parent:
             raise FileError(f"{element.place}: {element} joins a link to itself")
-        static = [
-            end == WORLD or self.builder._parts.bodies[end].motion == "static" for end in (child, parent)
-        ]
+        static = [self.builder.is_fixed(end) for end in (child, parent)]
         if all(static):
             return
         frame = scope.element_pose(element, text(element, "child"))
@@ -99,7 +97,7 @@ class Joints:
             return WORLD, ORIGIN
         where, name = found
         body = self.bodies[id(where), name]
-        return body, self.builder._parts.bodies[body].pose
+        return body, self.builder.pose(body)
 
     def _axis(self, scope: Scope, joint: Element, axis: Element | None, frame: Transform) -> Vector3:
         """The direction of an axis in the world."""

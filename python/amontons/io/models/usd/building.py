@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ....checks import listed
 from ....errors import InputError
 from ....model.builder import ModelBuilder
 from ....model.model import Model
+from ....model.parts import WORLD
 from ....model.transforms import ORIGIN, rotate
 from .joints import Joints
 from .mass import DENSITY, Part, body_mass
@@ -37,7 +39,8 @@ class Building:
         if scenes:
             bound = scene.targets(scenes[0], "material:binding:physics")
             self.fallback = bound[0] if bound else None
-        self.builder = ModelBuilder(gravity=self._gravity(scenes), friction_rule="mean", trees="auto")
+        self.gravity = self._gravity(scenes)
+        self.builder = ModelBuilder(gravity=self.gravity, friction_rule="mean", trees="auto")
         self.index: dict[str, int] = {}
         self.scales: dict[str, Any] = {}
         self.parts: dict[str, list[Part]] = {}
@@ -64,7 +67,7 @@ class Building:
     def name(self, kind: str, prim: Any) -> str:
         """The shortest end of the path that is unique."""
         words = str(prim.GetPath()).strip("/").split("/")
-        taken = self.builder._names[kind]
+        taken = self.builder.names(kind)
         for count in range(1, len(words) + 1):
             name = "/".join(words[-count:])
             if name not in taken and name != "world":
@@ -108,17 +111,16 @@ class Building:
     def colliders(self, prims: list[Any]) -> None:
         for prim in prims:
             path = self._body_of(prim)
-            body = self.builder._parts.bodies[self.index[path]] if path else None
-            frame = body.pose if body else ORIGIN
-            moves = body is not None and body.motion == "dynamic"
-            found = self.reader.read(prim, frame, moves=moves)
+            body = self.index[path] if path else WORLD
+            moves = body != WORLD and self.builder.part("body", body).motion == "dynamic"
+            found = self.reader.read(prim, self.builder.pose(body), moves=moves)
             if found is None:
                 continue
             shape, local = found
             material, density = self.reader.material(prim, self.fallback)
             rest = max(self.scene.number(prim, "physxCollision:restOffset"), 0.0)
             index = self.builder.add_geom(
-                self.index[path] if path else None,
+                body,
                 shape,
                 position=local.position,
                 orientation=local.rotation,
@@ -131,22 +133,20 @@ class Building:
 
     def masses(self) -> None:
         for path, index in self.index.items():
-            body, prim = self.builder._parts.bodies[index], self.scene.stage.GetPrimAtPath(path)
+            body, prim = self.builder.part("body", index), self.scene.stage.GetPrimAtPath(path)
             if body.motion != "dynamic":
                 continue
             solid, guessed = body_mass(self.scene, prim, self.scales[path], self.parts[path])
             if guessed:
                 self.guessed.append(f'"{body.name}" {solid.mass:.3g} kg')
             try:
-                self.builder._parts.bodies[index] = replace(body, **vars(solid))
+                self.builder.set_mass(index, solid)
             except InputError as error:
                 raise self.scene.error(prim, error) from None
         if self.guessed:
-            more = f" and {len(self.guessed) - 3} more" if len(self.guessed) > 3 else ""
             self.scene.issues.notes.append(
                 f"bodies without moments of inertia and shapes have those of a ball of {DENSITY:g} kg/m^3: "
-                + ", ".join(self.guessed[:3])
-                + more
+                + listed(self.guessed)
             )
 
     def joints(self, prims: list[Any]) -> None:
@@ -179,7 +179,7 @@ class Building:
     def _part(self, ones: list[int], others: list[int]) -> None:
         for a in ones:
             for b in others:
-                if self.builder._parts.geoms[a].body != self.builder._parts.geoms[b].body:
+                if self.builder.part("geom", a).body != self.builder.part("geom", b).body:
                     self.apart.add((min(a, b), max(a, b)))
 
     def _groups(self, groups: list[Any]) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ....model.model import Model
 from ....model.parts import WORLD
-from ....model.transforms import ORIGIN, Transform
+from ....model.transforms import Transform
 from ...recordings.model_json import model_of_parts, plain_part, plain_shape
 from .building import Building
 from .stage import Scene, applied
@@ -161,7 +161,7 @@ def _joined(building: Building, written: _Written) -> Model:
     bodies, geoms, _ = _read(building)
     place = {bodies[str(e.prim.GetPath())]: k for k, e in written.lists["bodies"].items()} | {WORLD: WORLD}
     if any("gravity" in _part(written.scene, prim) for prim in written.edited):
-        document["gravity"] = building.builder._gravity
+        document["gravity"] = building.gravity
     made: dict[str, Any] = {"bodies": _body, "joints": _joint}
     for name, read in made.items():
         document[name] = [read(building, entry, place) for _, entry in sorted(written.lists[name].items())]
@@ -178,7 +178,7 @@ def _joined(building: Building, written: _Written) -> Model:
 
 
 def _body(building: Building, entry: _Entry, place: dict[int, int]) -> dict[str, Any]:
-    body = building.builder._parts.bodies[building.index[str(entry.prim.GetPath())]]
+    body = building.builder.part("body", building.index[str(entry.prim.GetPath())])
     fields = entry.part if entry.fits else {**plain_part(body), "name": entry.part["name"]}
     return {**fields, "pose": _nearer(entry.part["pose"], body.pose)}
 
@@ -186,7 +186,7 @@ def _body(building: Building, entry: _Entry, place: dict[int, int]) -> dict[str,
 def _joint(building: Building, entry: _Entry, place: dict[int, int]) -> dict[str, Any]:
     if entry.fits:
         return entry.part
-    joint: Any = building.builder._parts.joints[building.made[str(entry.prim.GetPath())][0]]
+    joint: Any = building.builder.part("joint", building.made[str(entry.prim.GetPath())][0])
     ends = {"body_a": place[joint.body_a], "body_b": place[joint.body_b]}
     return {**plain_part(joint), **ends, "name": entry.part["name"]}
 
@@ -195,15 +195,15 @@ def _geom(
     building: Building, entry: _Entry, place: dict[int, int], shapes: list[Any], materials: set[str]
 ) -> dict[str, Any]:
     """The fields of a geom; its shape goes into the list, where the part does not name one of it."""
-    geom = building.builder._parts.geoms[building.geoms[str(entry.prim.GetPath())][0]]
+    geom = building.builder.part("geom", building.geoms[str(entry.prim.GetPath())][0])
     fields = dict(entry.part)
     if entry.fits:
         if not isinstance(fields["shape"], int):  # the first geom of this shape
             shape = fields["shape"]
             shapes[shape["index"]] = _whole(entry.prim, shape)
             fields["shape"] = shape["index"]
-        pose = building.builder._parts.bodies[geom.body].pose if geom.body != WORLD else ORIGIN
-        fields["frame"] = _nearer(fields["frame"], pose.inverse() @ building.scene.frame(entry.prim)[0])
+        local = building.builder.pose(geom.body).inverse() @ building.scene.frame(entry.prim)[0]
+        fields["frame"] = _nearer(fields["frame"], local)
     else:
         shapes.append(plain_shape(geom.shape))
         kept = {key: fields[key] for key in ("name", "link", "category", "mask")}

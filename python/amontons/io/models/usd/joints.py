@@ -47,10 +47,10 @@ class Joints:
                 scene.refuse(prim, "a joint whose two ends are parts of one body", "none")
             scene.pass_over(prim)
             return
-        if all(self._static(end) for end in (a, b)):
+        if all(self.builder.is_fixed(end) for end in (a, b)):
             scene.pass_over(prim)
             return
-        swapped = self._static(a)
+        swapped = self.builder.is_fixed(a)
         if swapped:  # the first body of a joint moves
             a, b, frame_a, frame_b = b, a, frame_b, frame_a
         if float(scene.get(prim, "physics:breakForce", math.inf)) < FREE:
@@ -94,9 +94,6 @@ class Joints:
             raise scene.error(prim, error) from None
         self.made[str(prim.GetPath())] = index, {key: k for k, key in enumerate(dofs)}
 
-    def _static(self, body: int) -> bool:
-        return body == WORLD or self.builder._parts.bodies[body].motion == "static"
-
     def _end(self, prim: Any, number: int) -> tuple[int, Transform]:
         """The body and the frame in it of one end; without a body it is the world."""
         scene = self.scene
@@ -110,9 +107,7 @@ class Joints:
         frame, scale = scene.frame(targets[0])
         local = Transform(tuple((scene.metre * scale * at).tolist()), rotation)
         body = self._carrier(targets[0])
-        if body == WORLD:
-            return WORLD, frame @ local
-        return body, self.builder._parts.bodies[body].pose.inverse() @ frame @ local
+        return body, self.builder.pose(body).inverse() @ frame @ local
 
     def _carrier(self, prim: Any) -> int:
         while prim and not prim.IsPseudoRoot():

@@ -14,7 +14,7 @@ import numpy as np
 from ....errors import InputError
 from ....model.parts import WORLD, Geom
 from ....model.shapes import Hull, Mesh, Plane, Shape
-from ....model.transforms import ORIGIN, Transform
+from ....model.transforms import Transform
 from ....model.visuals import TriangleMesh, Visual
 from ..issues import Issues
 from .building import Building
@@ -68,14 +68,13 @@ class _Reader:
             return
         path = self.building._body_of(prim)
         body = self.building.index.get(path, WORLD)
-        frame = self.building.builder._parts.bodies[body].pose if path else ORIGIN
         try:
-            shape, at = self._shape(prim, frame)
+            shape, at = self._shape(prim, self.building.builder.pose(body))
         except (InputError, ValueError, TypeError):
             return
         visual = Visual(prim.GetName(), body, at, shape=shape, colour=self._colour(prim))
         geom, _ = self.building.geoms.get(str(prim.GetPath()), (None, ""))
-        yield visual, None if geom is None else self.building.builder._parts.geoms[geom]
+        yield visual, None if geom is None else self.building.builder.part("geom", geom)
 
     def _shape(self, prim: Any, frame: Transform) -> tuple[Shape | TriangleMesh, Transform]:
         if prim.GetTypeName() == "Mesh":
