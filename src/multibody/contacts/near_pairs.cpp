@@ -70,13 +70,15 @@ bool NearPairs::hold(const Reach& reach, const Extents& now, std::span<const uns
 // Let r be the radius of balls, and s their slack. A list has pairs in proportion to (1 + s / r)^3, and a
 // search for it costs as much. Bodies need time in proportion to s to leave it: per time, searches cost least
 // with s = r / 2. A geom that cannot move needs no slack. A body at rest counts with the velocity that its
-// load gives it, and so it has room for what its support leaves.
+// load gives it, and so it has room for what its support leaves. A large geom among small ones has no more
+// slack than they have.
 void NearPairs::grow(const Reach& reach, const Extents& now, std::span<const GeomMotion> motions) {
   grown_.resize(now.boxes.size(), reach.memory());
   grown_.placed = next_number();
   for_entries(reach.threads, now.boxes.size(), [&](std::size_t g) {
     const double travel = norm(now.travels[g]);
-    const double slack = travel + motions[g].spin > 0 ? 0.5 * reach.model.length() : 0;
+    const double radius = std::min(now.balls[g].radius, reach.model.length());
+    const double slack = travel + motions[g].spin > 0 ? 0.5 * radius : 0;
     grown_.travels[g] = {};
     grown_.balls[g] = {now.balls[g].centre, with_rounding * (now.balls[g].radius + travel + slack)};
     grown_.half_spaces[g] = {now.half_spaces[g].normal, now.half_spaces[g].top + slack};
