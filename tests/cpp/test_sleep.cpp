@@ -249,17 +249,24 @@ TEST(other_models_wake) {
   CHECK(tilted.state.positions[2].x > 1e-2);
 }
 
+// Two arms at rest, beside a pendulum in coordinates or a ball that rolls.
+static Scene arms_beside_motion(bool trees) {
+  Scene scene;
+  scene.d.trees = trees ? Trees::automatic : Trees::none;
+  scene.arm(0);
+  scene.arm(2);
+  if (trees)
+    scene.pendulum(6);
+  else
+    scene.body({-9, 5, half}, Sphere{half}, {1, 0, 0});
+  return scene;
+}
+
 // Breaks if bodies with joints do not sleep beside motion, whether they move in coordinates or by rows, or if
 // impulses along their joints, drives included, have other bits then.
 TEST(islands_with_joints_sleep) {
   for (const bool trees : {false, true}) {
-    Scene scene;
-    scene.d.trees = trees ? Trees::automatic : Trees::none;
-    scene.arm(0);
-    scene.arm(2);
-    if (trees) scene.pendulum(6);
-    if (!trees) scene.body({-9, 5, half}, Sphere{half}, {1, 0, 0});
-    Pair both(scene);
+    Pair both(arms_beside_motion(trees));
     CHECK(both.steps(400) > 100);
     CHECK(both.simulation.sleeping() == 4);
     CHECK(norm(both.state.joint_wrenches[0].force) > 1e-3);
@@ -272,13 +279,7 @@ TEST(islands_with_joints_sleep) {
 // holds in the same step, or wakes another island.
 TEST(islands_with_joints_wake) {
   for (const bool trees : {false, true}) {
-    Scene scene;
-    scene.d.trees = trees ? Trees::automatic : Trees::none;
-    scene.arm(0);
-    scene.arm(2);
-    if (trees) scene.pendulum(6);
-    if (!trees) scene.body({-9, 5, half}, Sphere{half}, {1, 0, 0});
-    Pair rests(scene);
+    Pair rests(arms_beside_motion(trees));
     rests.steps(400);
     CHECK(rests.simulation.sleeping() == 4);
     const auto changed = [&](auto&& f) {
