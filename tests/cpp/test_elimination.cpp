@@ -49,7 +49,7 @@ double largest(const Vector& a) { return largest_difference(a, Vector(a.size(), 
 
 // A quasidefinite matrix on a graph: bodies with random masses, joints of six rows with compliance e.
 struct BlockSystem {
-  std::vector<signed char> sign;
+  std::vector<QuasidefiniteFactor::Node> kinds;
   std::vector<QuasidefiniteFactor::Edge> edges;
   Vector dense;  // with six rows per node
   QuasidefiniteFactor factor;
@@ -57,26 +57,28 @@ struct BlockSystem {
   BlockSystem(std::size_t bodies, const std::vector<QuasidefiniteFactor::Edge>& joints, double e) {
     small::Random random(5);
     const std::size_t nodes = bodies + joints.size(), m = 6 * nodes;
-    sign.assign(bodies, 1);
+    kinds.assign(bodies, QuasidefiniteFactor::Node::body);
     for (const auto& joint : joints) {
-      const Index node = static_cast<Index>(sign.size());
-      sign.push_back(-1);
+      const Index node = static_cast<Index>(kinds.size());
+      kinds.push_back(QuasidefiniteFactor::Node::joint);
       for (Index body : {joint.a, joint.b})
         if (body >= 0) edges.push_back({node, body});
     }
-    factor.analyse(sign, edges);
+    factor.analyse(kinds, edges);
     factor.clear();
     dense.assign(m * m, 0.0);
+    Vector root;  // of the inverse masses, six numbers per body
     for (std::size_t i = 0; i < nodes; ++i)
       for (std::size_t k = 0; k < 6; ++k) {
-        const double value = i < bodies ? random.uniform(0.5, 2) : -e;
+        const double mass = random.uniform(0.5, 2), value = i < bodies ? 1 : -e;
+        root.push_back(1 / std::sqrt(mass));
         factor.diagonal(i)[7 * k] = dense[(m + 1) * (6 * i + k)] = value;
       }
     for (std::size_t j = 0; j < edges.size(); ++j)
       for (std::size_t r = 0; r < 6; ++r)
         for (std::size_t c = 0; c < 6; ++c) {
-          const double value = random.normal();
           const std::size_t row = 6 * edges[j].a + r, column = 6 * edges[j].b + c;
+          const double value = random.normal() * root[column];
           dense[m * row + column] = dense[m * column + row] = value;
           factor.block(j)[factor.a_first(j) ? 6 * r + c : 6 * c + r] = value;
         }
@@ -85,15 +87,15 @@ struct BlockSystem {
   // Of a random right-hand side: the largest difference to the dense solution, relative to it.
   double error() {
     small::Random random(9);
-    const std::size_t m = 6 * sign.size();
+    const std::size_t m = 6 * kinds.size();
     const Vector r = random.vector(m), expected = solve_dense(dense, r);
     Vector z(m), found(m);
     const auto place = [&](std::size_t node) { return 6 * static_cast<std::size_t>(factor.position(node)); };
-    for (std::size_t i = 0; i < sign.size(); ++i) std::copy_n(&r[6 * i], 6, &z[place(i)]);
+    for (std::size_t i = 0; i < kinds.size(); ++i) std::copy_n(&r[6 * i], 6, &z[place(i)]);
     CHECK(factor.factor());
     factor.forward(z.data());
     factor.backward(z.data());
-    for (std::size_t i = 0; i < sign.size(); ++i) std::copy_n(&z[place(i)], 6, &found[6 * i]);
+    for (std::size_t i = 0; i < kinds.size(); ++i) std::copy_n(&z[place(i)], 6, &found[6 * i]);
     return largest_difference(found, expected) / largest(expected);
   }
 };
@@ -199,7 +201,8 @@ TEST(reduction_is_the_schur_complement) {
     };
     const Vector y = schur([&](std::size_t i) { return c.problem.b[i]; });
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
-      const Reduction::Island& island = reduction.island(k);
+      Reduction::Island& island = reduction.island(k);
+      if (!island.thin.empty()) island.thin.fill(island.W);
       for (std::size_t j = 0; j < island.rows(); ++j) {
         const Vector column = schur([&](std::size_t i) { return A[m * i + island.row[j]]; });
         double q = c.problem.b[island.row[j]];
@@ -408,7 +411,8 @@ TEST(constrained_products) {
     for (double& v : x) v = random.uniform(0, 1);
     project(c.problem.K, x, x);
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
-      const Reduction::Island& island = reduction.island(k);
+      Reduction::Island& island = reduction.island(k);
+      if (!island.thin.empty()) island.thin.fill(island.W);
       for (std::size_t i = 0; i < island.rows(); ++i) {
         double& to = u[island.row[i]];
         to = island.q[i];

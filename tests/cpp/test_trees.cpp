@@ -11,7 +11,7 @@
 #include "multibody/trees/poses.hpp"
 #include "multibody/trees/rates.hpp"
 #include "problems.hpp"
-#include "solvers/direct/tree_reduction.hpp"
+#include "solvers/direct/reduction.hpp"
 
 using namespace joint_scene;
 
@@ -256,9 +256,8 @@ TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
     K.add_count<NonNegative>(m);
     const Problem problem = make_problem(std::move(A), std::vector<double>(m, -1.0), std::move(K));
     const std::vector<double> dense = small::dense_matrix(problem.A);
-    TreeReduction reduction;
-    CHECK(reduction.analyse(problem, 100));
-    reduction.factor(problem);
+    Reduction reduction;
+    CHECK(reduction.analyse(problem, 100) && reduction.factor(problem));
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
       Reduction::Island& island = reduction.island(k);
       if (!island.thin.empty()) island.thin.fill(island.W);

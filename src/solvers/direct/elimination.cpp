@@ -13,7 +13,6 @@
 #include "solvers/direct/island_solver.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/direct/reduction.hpp"
-#include "solvers/direct/tree_reduction.hpp"
 #include "solvers/second_order/policy.hpp"
 
 namespace amontons {
@@ -26,8 +25,6 @@ struct Elimination::Memory {
   double scale = 0, whole = 0;
   std::vector<std::size_t> order;
   Reduction reduction;
-  TreeReduction trees;  // in its place for problems with trees
-  bool in_trees = false;
   IslandSolver small;
   std::vector<double> part;
   // Used by complete(), for problems with islands of many rows.
@@ -36,8 +33,6 @@ struct Elimination::Memory {
   std::vector<char> short_of;  // per island: whether it missed its target
   bool solved() const { return std::find(short_of.begin(), short_of.end(), 1) == short_of.end(); }
 
-  std::size_t islands() const { return in_trees ? trees.islands() : reduction.islands(); }
-  Reduction::Island& island(std::size_t i) { return in_trees ? trees.island(i) : reduction.island(i); }
   bool reduce(const Problem& problem);
   void solve_islands(std::span<const double> start, Solution& s);
   double complete(Solution& s);
@@ -53,18 +48,18 @@ Elimination::~Elimination() = default;
 // whole. An island may leave an even share of the part that earlier islands did not use. Small
 // islands are solved to rounding, so the largest, which comes last, has nearly the whole target.
 void Elimination::Memory::solve_islands(std::span<const double> start, Solution& s) {
-  const std::size_t count = islands();
+  const std::size_t count = reduction.islands();
   short_of.assign(count, 0);
   order.resize(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(island(a).rows(), a) < std::pair(island(b).rows(), b);
+    return std::pair(reduction.island(a).rows(), a) < std::pair(reduction.island(b).rows(), b);
   });
   const double even = whole / std::sqrt(static_cast<double>(count));
   double left = whole * whole;
   for (std::size_t solved = 0; solved < count; ++solved) {
     const std::size_t i = order[solved];
-    const Reduction::Island& island = this->island(i);
+    const Reduction::Island& island = reduction.island(i);
     const double target = std::sqrt(left / static_cast<double>(count - solved));
     part.clear();
     if (!start.empty())
@@ -99,28 +94,20 @@ double Elimination::Memory::form_u(Solution& s) const {
 // Completes x by the bilateral rows, forms u and the residual of the problem; returns the map of those rows.
 // Rounds remove the error of K as long as they halve it; the rest is rounding.
 double Elimination::Memory::complete(Solution& s) {
-  in_trees ? trees.recover(s.x) : reduction.recover(s.x);
+  reduction.recover(s.x);
   double bilateral = form_u(s), before = std::numeric_limits<double>::infinity();
   const double enough =
       std::max(second_order::policy.rounding, direct::policy.aim * options->tolerance) * scale;
   while (bilateral > enough && bilateral < 0.5 * before) {
     before = bilateral;
-    in_trees ? trees.correct(s.u, s.x) : reduction.correct(s.u, s.x);
+    reduction.correct(s.u, s.x);
     bilateral = form_u(s);
   }
   s.residual = natural_map(*problem, law_of(*problem, *options), s.x, s.u) / scale;
   return bilateral;
 }
 
-// The matrices of all islands. Beside trees M^-1 is not block diagonal over bodies: there are no nodes for K,
-// and the bilateral rows leave each island by themselves.
 bool Elimination::Memory::reduce(const Problem& p) {
-  in_trees = trees.analyse(p, direct::policy.most_rows);
-  if (in_trees) {
-    trees.factor(p);
-    budget->spend(trees.work() / Budget::multiplications);
-    return true;
-  }
   if (!reduction.analyse(p, direct::policy.most_rows) || !reduction.factor(p)) return false;
   budget->spend(reduction.work() / Budget::multiplications);
   return true;
@@ -148,7 +135,7 @@ bool Elimination::solve(const Problem& problem, const Options& options, Budget& 
   for (double before = std::numeric_limits<double>::infinity();
        s.residual > options.tolerance && s.residual < 0.5 * before && m.solved() && !budget.late();) {
     before = s.residual;
-    for (std::size_t i = 0; i < m.islands(); ++i) m.island(i).shift(s.x, s.u);
+    for (std::size_t i = 0; i < m.reduction.islands(); ++i) m.reduction.island(i).shift(s.x, s.u);
     m.solve_islands(s.x, s);
     bilateral = m.complete(s);
   }

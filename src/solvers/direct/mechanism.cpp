@@ -1,45 +1,17 @@
 #include "solvers/direct/mechanism.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <numeric>
+#include <utility>
 
 #include "solvers/direct/policy.hpp"
 #include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
-namespace {
-
-constexpr int n = QuasidefiniteFactor::width;
-
-// Inverts the symmetric matrix xx, yy, zz, xy, xz, yz by cofactors, in the same order. False if it is
-// singular.
-bool invert(const std::array<double, 6>& s, double (&out)[6]) {
-  const auto& [xx, yy, zz, xy, xz, yz] = s;
-  const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
-  const double det = xx * a + xy * b + xz * c;
-  if (!(det > 0)) return false;
-  const double inverse[6] = {a, xx * zz - xz * xz, xx * yy - xy * xy, b, c, xy * xz - xx * yz};
-  for (int k = 0; k < 6; ++k) out[k] = inverse[k] / det;
-  return std::isfinite(out[0] + out[1] + out[2]);
-}
-
-// False for a point mass, and for a body that moves along lines only.
-bool turns(const Bodies& bodies, std::size_t body) {
-  const auto& I = bodies.inverse_inertia[body];
-  return std::any_of(I.begin(), I.end(), [](double v) { return v != 0; });
-}
-
-}  // namespace
-
-void keep_moving(const Bodies& bodies, std::size_t body, std::array<double, 6>& d) {
-  if (bodies.inverse_mass[body] == 0) std::fill_n(d.begin(), 3, 0.0);
-  if (!turns(bodies, body)) std::fill_n(d.begin() + 3, 3, 0.0);
-}
-
-// The analysis is repeated if bodies or links differ from the last call. Places and masses do not matter: a
-// moving mechanism keeps its pattern. A different order of the joints is a different pattern.
+// The analysis is repeated if bodies, trees or links differ from the last call. Places and masses do not
+// matter: a moving mechanism keeps its pattern. A different order of the joints is a different pattern.
 void Mechanism::analyse(const Problem& problem, Scope scope) {
   const auto& A = std::get<ContactSystem>(problem.A);
   moves_.resize(A.bodies.size());
@@ -59,49 +31,84 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
       P_.push_back(problem.P[run.block + i]);
     }
   }
-  if (moves_ != analysed_moves_ || link_ != analysed_link_) analyse_pattern();
-}
-
-// Bodies have positive pivots and joints negative ones. With known signs L S L' needs no exchange of rows in
-// any order (Vanderbei 1995, quasidefinite matrices), so the order may minimise the fill.
-//
-// Nodes: bodies that move, then joints. All rows between the same two bodies share nodes, also if other rows
-// lie between them in the problem.
-void Mechanism::analyse_pattern() {
-  node_.assign(moves_.size(), -1);
-  std::vector<signed char> sign;
-  for (std::size_t i = 0; i < moves_.size(); ++i)
-    if (moves_[i]) {
-      node_[i] = static_cast<Index>(sign.size());
-      sign.push_back(1);
-    }
-  std::vector<std::size_t> sorted(link_.size());
-  std::iota(sorted.begin(), sorted.end(), std::size_t{0});
-  const auto bodies = [](const Link& link) {
-    return std::pair(std::min(link.a, link.b), std::max(link.a, link.b));
-  };
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](std::size_t i, std::size_t j) { return bodies(link_[i]) < bodies(link_[j]); });
-  joints_.clear();
-  for (std::size_t i : sorted) {
-    if (joints_.empty() || joints_.back().rows.size() == width ||
-        bodies(joints_.back().link) != bodies(link_[i]))
-      joints_.push_back({link_[i], {}});
-    joints_.back().rows.push_back(i);
-  }
-  std::vector<QuasidefiniteFactor::Edge> edges;
-  for (const Joint& joint : joints_) {
-    const Index node = static_cast<Index>(sign.size());
-    sign.push_back(-1);
-    for (Index body : {joint.link.a, joint.link.b})
-      if (body >= 0) edges.push_back({node, node_[body]});
-  }
-  K_.analyse(sign, edges);
-  place_.assign(moves_.size(), -1);
-  for (std::size_t i = 0; i < moves_.size(); ++i)
-    if (moves_[i]) place_[i] = K_.position(static_cast<std::size_t>(node_[i]));
+  static const Linkage none;
+  const Linkage& trees = linkage_of(A) ? *linkage_of(A) : none;
+  const auto& [place, last, parent] = analysed_trees_;
+  if (moves_ == analysed_moves_ && link_ == analysed_link_ && trees.place == place && trees.last == last &&
+      trees.parent == parent)
+    return;
+  analyse_pattern(A);
   analysed_moves_ = moves_;
   analysed_link_ = link_;
+  analysed_trees_ = {trees.place, trees.last, trees.parent};
+}
+
+// Rows in groups of at most six. Rows between the same two bodies form one, also if other rows lie between
+// them in the problem. So do rows on the same tree or trees, whose pivots are dense in any case. They are
+// sorted by the place where they end, so that a group has few coordinates.
+void Mechanism::find_joints(const ContactSystem& A) {
+  const Linkage* trees = linkage_of(A);
+  // The node of a body, or of the root of its tree; then the coordinate where its rows end.
+  const auto at = [&](Index body) -> std::pair<int, Index> {
+    const Index in_tree = trees ? trees->place_of(body) : -1;
+    if (in_tree < 0) return {body < 0 ? -1 : nodes_.of_body[body], -1};
+    int root = -1;
+    nodes_.visit_nodes(body, [&](int node) { root = node; });
+    return {root, trees->last[in_tree]};
+  };
+  std::vector<std::array<Index, 4>> key;
+  for (const Link& link : link_) {
+    auto a = at(link.a), b = at(link.b);
+    if (b < a) std::swap(a, b);
+    // A row between a tree and the world is one of the tree.
+    key.push_back({a.first < 0 && b.second >= 0 ? b.first : a.first, b.first, b.second, a.second});
+  }
+  std::vector<std::size_t> sorted(link_.size());
+  std::iota(sorted.begin(), sorted.end(), std::size_t{0});
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](std::size_t i, std::size_t j) { return key[i] < key[j]; });
+  joints_.clear();
+  const std::array<Index, 4>* last = nullptr;
+  for (const std::size_t i : sorted) {
+    if (!last || joints_.back().rows.size() == width ||
+        !std::equal(last->begin(), last->begin() + 2, key[i].begin()))
+      joints_.push_back({{}, 0, 0});
+    joints_.back().rows.push_back(i);
+    last = &key[i];
+  }
+}
+
+// Coordinates have positive pivots and joints negative ones. With known signs L S L' needs no exchange of
+// rows in any order (Vanderbei 1995, quasidefinite matrices), so the order may minimise the fill.
+void Mechanism::analyse_pattern(const ContactSystem& A) {
+  using Node = QuasidefiniteFactor::Node;
+  nodes_ = MotionNodes(A, moves_, false);
+  std::vector<Node> nodes(nodes_.size.size(), Node::coordinates);
+  for (const int node : nodes_.of_body)
+    if (node >= 0) nodes[node] = Node::body;
+  find_joints(A);
+  edge_node_.clear();
+  std::vector<QuasidefiniteFactor::Edge> edges;
+  std::vector<unsigned char> met(nodes.size());
+  for (Joint& joint : joints_) {
+    joint.first = edges.size();
+    std::fill(met.begin(), met.end(), 0);
+    for (const std::size_t i : joint.rows)
+      for (const Index body : {link_[i].a, link_[i].b})
+        nodes_.visit_nodes(body, [&](int node) {
+          if (std::exchange(met[node], 1)) return;
+          edges.push_back({static_cast<Index>(nodes.size()), node});
+          edge_node_.push_back(node);
+        });
+    joint.last = edges.size();
+    nodes.push_back(Node::joint);
+  }
+  K_.analyse(nodes, edges);
+  edge_of_.assign(nodes.size(), 0);
+  nodes_.number_places([this](int node) { return place_of(node); });
+  place_.assign(moves_.size(), -1);
+  for (std::size_t i = 0; i < place_.size(); ++i)
+    if (nodes_.last[i] >= 0) place_[i] = place_of(nodes_.last[i]);
 }
 
 // A system with constrained bodies is itself the rest of another problem.
@@ -112,60 +119,30 @@ bool Mechanism::factor_held(const Problem& problem) {
   return !row_.empty() && takes_little() && factor(problem);
 }
 
-// M of the body. A body that only turns, or does not turn, has a unit entry in place of its infinite mass or
-// inertia. The columns of D are zero there (assemble_joint).
-bool Mechanism::assemble_body(const Bodies& bodies, std::size_t body) {
-  double* M = K_.diagonal(static_cast<std::size_t>(node_[body]));
-  const double w = bodies.inverse_mass[body];
-  for (int k = 0; k < 3; ++k) M[(n + 1) * k] = w > 0 ? 1 / w : 1;
-  double I[6] = {1, 1, 1, 0, 0, 0};
-  if (turns(bodies, body) && !invert(bodies.inverse_inertia[body], I)) return false;
-  for (int k = 0; k < 3; ++k) M[(n + 1) * (3 + k)] = I[k];
-  M[n * 3 + 4] = M[n * 4 + 3] = I[3];
-  M[n * 3 + 5] = M[n * 5 + 3] = I[4];
-  M[n * 4 + 5] = M[n * 5 + 4] = I[5];
-  return true;
-}
-
-// -E and the rows of D of one joint. Unused rows of a node of six are -1 with zeros beside them: they
-// constrain nothing, and their entries of solutions are not read.
-void Mechanism::assemble_joint(const Problem& problem, std::size_t joint, std::size_t& edge) {
+// -E, the least pivots and the rows of Y of one joint. Unused rows of a node of six are -1 with zeros beside
+// them: they constrain nothing, and their entries of solutions are not read.
+void Mechanism::assemble_joint(const Problem& problem, std::size_t joint) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   const Joint& j = joints_[joint];
-  double* E = K_.diagonal(node_of_joint(joint));
-  for (std::size_t k = 0; k < width; ++k) {
-    double e = 1;  // for an unused row
-    if (k < j.rows.size())
-      e = std::max(A.compliance[row_[j.rows[k]] - contact_rows],
-                   second_order::policy.rounding * P_[j.rows[k]]);
-    E[(n + 1) * k] = -e;
-  }
-  for (Index body : {j.link.a, j.link.b}) {
-    if (body < 0) continue;
-    double* D = K_.block(edge);
-    const bool joint_first = K_.a_first(edge);
-    const auto i = static_cast<std::size_t>(body);
-    const bool moves_all_ways = A.bodies.inverse_mass[i] != 0 && turns(A.bodies, i);
-    for (std::size_t k = 0; k < j.rows.size(); ++k) {
-      const JacobianRow& row = A.jacobian[row_[j.rows[k]] - contact_rows];
-      std::array<double, 6> d = row.body_a == body ? row.a : row.b;
-      if (!moves_all_ways) keep_moving(A.bodies, i, d);
-      if (joint_first)
-        std::copy_n(d.begin(), width, D + n * k);
-      else
-        for (std::size_t c = 0; c < width; ++c) D[n * c + k] = d[c];
-    }
-    ++edge;
+  for (std::size_t edge = j.first; edge < j.last; ++edge) edge_of_[place_of(edge_node_[edge])] = edge;
+  double *E = K_.diagonal(node_of_joint(joint)), *least = K_.least(node_of_joint(joint));
+  for (std::size_t k = 0; k < j.rows.size(); ++k) {
+    const std::size_t row = row_[j.rows[k]];
+    E[(width + 1) * k] = -A.compliance[row - contact_rows];
+    least[k] = second_order::policy.rounding * P_[j.rows[k]];
+    nodes_.visit_row(A, row, A.jacobian[row - contact_rows], [&](std::size_t at, double value) {
+      const std::size_t edge = edge_of_[at / width], i = at % width;
+      K_.block(edge)[K_.a_first(edge) ? width * k + i : width * i + k] = value;
+    });
   }
 }
 
 bool Mechanism::factor(const Problem& problem) {
+  nodes_.make_roots(std::get<ContactSystem>(problem.A).bodies);
+  if (joints_.empty()) return true;
   K_.clear();
-  const Bodies& bodies = std::get<ContactSystem>(problem.A).bodies;
-  for (std::size_t i = 0; i < node_.size(); ++i)
-    if (node_[i] >= 0 && !assemble_body(bodies, i)) return false;
-  for (std::size_t j = 0, edge = 0; j < joints_.size(); ++j) assemble_joint(problem, j, edge);
+  for (std::size_t j = 0; j < joints_.size(); ++j) assemble_joint(problem, j);
   return K_.factor();
 }
 
@@ -174,18 +151,6 @@ void Mechanism::right_side(std::span<const double> u, std::vector<double>& r) co
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     double* to = &r[width * static_cast<std::size_t>(K_.position(node_of_joint(j)))];
     for (std::size_t i : joints_[j].rows) *to++ = -u[row_[i]];
-  }
-}
-
-// Entries of w along directions in which the body cannot move are dropped: K has a unit in place of the
-// infinite mass there, which would turn them into velocities.
-void Mechanism::add_wrenches(const Bodies& bodies, std::span<const double> w, std::vector<double>& r) const {
-  for (std::size_t i = 0; i < place_.size(); ++i) {
-    if (place_[i] < 0) continue;
-    std::array<double, 6> d;
-    std::copy_n(&w[width * i], width, d.begin());
-    keep_moving(bodies, i, d);
-    for (std::size_t k = 0; k < width; ++k) r[width * static_cast<std::size_t>(place_[i]) + k] += d[k];
   }
 }
 
@@ -199,18 +164,14 @@ void Mechanism::solve(std::vector<double>& z) const {
 void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, double* w,
                      std::vector<double>& z) const {
   z.assign(width * K_.nodes(), 0.0);
-  for (std::size_t i = 0; i < body.size(); ++i) {
-    std::array<double, 6> d;
-    std::copy_n(w + width * i, width, d.begin());
-    keep_moving(bodies, static_cast<std::size_t>(body[i]), d);
-    std::copy_n(d.begin(), width, &z[width * static_cast<std::size_t>(place_[body[i]])]);
-  }
+  for (std::size_t i = 0; i < body.size(); ++i)
+    nodes_.to_node(bodies, static_cast<std::size_t>(body[i]), w + width * i, &z[width * place_[body[i]]]);
   solve(z);
   for (std::size_t i = 0; i < body.size(); ++i)
-    std::copy_n(&z[width * static_cast<std::size_t>(place_[body[i]])], width, w + width * i);
+    nodes_.to_body(bodies, static_cast<std::size_t>(body[i]), &z[width * place_[body[i]]], w + width * i);
 }
 
-// K (v, -x_f) = (D_c' x_c, -b_f)
+// K (v, -x_f) = (C'D_c' x_c, -b_f)
 void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<double>& w,
                      std::vector<double>& z) const {
   const auto& A = std::get<ContactSystem>(problem.A);
@@ -218,7 +179,8 @@ void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<do
   w.assign(width * A.bodies.size(), 0.0);
   amontons::add_impulses(A, x, w);
   right_side(problem.b, z);
-  add_wrenches(A.bodies, w, z);
+  for (std::size_t i = 0; i < place_.size(); ++i)
+    if (place_[i] >= 0) nodes_.to_node(A.bodies, i, &w[width * i], &z[width * place_[i]]);
   solve(z);
   add_impulses(z, x);
 }

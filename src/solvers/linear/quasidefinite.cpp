@@ -1,14 +1,12 @@
 // docs/algorithm.md (30). Symbolic part: greedy minimum degree on the graph of nodes, relabelled in
 // postorder. Numeric part: right-looking, block by block.
 //
-// The pivot of node k with sign s: s K_kk = R R'. Its blocks K_kq, q above, become U_q = R^-1 K_kq, the
-// transposed blocks of L. All pairs q <= r above are updated, K_qr -= s U_q' U_r. The inverse of R is stored
-// in place of R: a solve multiplies by it, without a chain of divisions.
+// The pivot of node k with sign s: s K_kk = Q Q'. Its blocks K_kq, q above, become U_q = Q^-1 K_kq, the
+// transposed blocks of L. All pairs q <= r above are updated, K_qr -= s U_q' U_r.
 #include "solvers/linear/quasidefinite.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <set>
 #include <tuple>
 
@@ -39,20 +37,26 @@ inline void add_six(double f, const double* row, Two (&sum)[3]) {
 }
 
 using Neighbours = std::vector<std::vector<Index>>;
+using Node = QuasidefiniteFactor::Node;
 
-// The greedy order: among the nodes that may be next, one with the fewest neighbours. Negative nodes come
-// first among equals, so that a joint follows its body at once. `above` receives the neighbours of each node
-// at its elimination.
-std::vector<Index> minimum_degree(std::span<const signed char> sign, Neighbours neighbours,
-                                  Neighbours& above) {
-  const std::size_t count = sign.size();
-  // A negative node may come after one of its neighbours; one without neighbours at once.
-  std::vector<unsigned char> ready(count);
-  std::set<std::tuple<std::size_t, int, Index>> queue;
-  const auto key = [&](Index i) { return std::tuple(neighbours[i].size(), int{sign[i]}, i); };
+// The greedy order: among the nodes that may be next, one with the fewest neighbours. Joints come first among
+// equals, so that a joint follows its body at once. `above` receives the neighbours of each node at its
+// elimination.
+std::vector<Index> minimum_degree(std::span<const Node> nodes, const Neighbours& edges, Neighbours& above) {
+  const std::size_t count = nodes.size();
+  Neighbours neighbours = edges;
+  // Nodes that must come before a joint: one body, or all if it has coordinates.
+  std::vector<std::size_t> awaited(count, 0);
+  std::set<std::tuple<std::size_t, Node, Index>> queue;
+  const auto key = [&](Index i) { return std::tuple(neighbours[i].size(), nodes[i], i); };
   for (std::size_t i = 0; i < count; ++i) {
-    ready[i] = sign[i] > 0 || neighbours[i].empty();
-    if (ready[i]) queue.insert(key(static_cast<Index>(i)));
+    if (nodes[i] == Node::joint) {
+      const auto is_body = [&](Index k) { return nodes[k] == Node::body; };
+      const std::size_t own = edges[i].size();
+      awaited[i] =
+          std::all_of(edges[i].begin(), edges[i].end(), is_body) ? std::min<std::size_t>(own, 1) : own;
+    }
+    if (awaited[i] == 0) queue.insert(key(static_cast<Index>(i)));
   }
   std::vector<Index> order, merged;
   above.assign(count, {});
@@ -62,14 +66,14 @@ std::vector<Index> minimum_degree(std::span<const signed char> sign, Neighbours 
     order.push_back(k);
     // Its neighbours become neighbours of each other.
     for (Index i : neighbours[k]) {
-      if (ready[i]) queue.erase(key(i));
+      if (awaited[i] == 0) queue.erase(key(i));
       merged.clear();
       std::set_union(neighbours[i].begin(), neighbours[i].end(), neighbours[k].begin(), neighbours[k].end(),
                      std::back_inserter(merged));
       std::erase_if(merged, [&](Index j) { return j == i || j == k; });
       neighbours[i] = merged;
-      ready[i] = 1;
-      queue.insert(key(i));
+      if (awaited[i] > 0 && std::binary_search(edges[i].begin(), edges[i].end(), k)) --awaited[i];
+      if (awaited[i] == 0) queue.insert(key(i));
     }
     above[k] = std::move(neighbours[k]);
   }
@@ -96,23 +100,24 @@ std::vector<Index> forest_postorder(const std::vector<Index>& parent) {
 
 }  // namespace
 
-void QuasidefiniteFactor::analyse(std::span<const signed char> sign, std::span<const Edge> edges) {
-  order(sign, edges);
+void QuasidefiniteFactor::analyse(std::span<const Node> nodes, std::span<const Edge> edges) {
+  order(nodes, edges);
   place_edges(edges);
   plan_updates();
-  diagonal_.assign(area * nodes(), 0.0);
+  diagonal_.assign(area * sign_.size(), 0.0);
+  least_.assign(n * sign_.size(), 0.0);
   blocks_.assign(area * above_.size(), 0.0);
 }
 
-void QuasidefiniteFactor::order(std::span<const signed char> sign, std::span<const Edge> edges) {
-  const std::size_t count = sign.size();
+void QuasidefiniteFactor::order(std::span<const Node> nodes, std::span<const Edge> edges) {
+  const std::size_t count = nodes.size();
   Neighbours neighbours(count), above;
   for (const Edge& e : edges) {
     neighbours[e.a].push_back(e.b);
     neighbours[e.b].push_back(e.a);
   }
   for (auto& list : neighbours) std::sort(list.begin(), list.end());
-  const std::vector<Index> greedy = minimum_degree(sign, std::move(neighbours), above);
+  const std::vector<Index> greedy = minimum_degree(nodes, neighbours, above);
   std::vector<Index> turn(count), parent(count, -1);
   for (std::size_t k = 0; k < count; ++k) turn[greedy[k]] = static_cast<Index>(k);
   // The parent in the elimination tree is the first node above; the others are also above the parent.
@@ -126,7 +131,7 @@ void QuasidefiniteFactor::order(std::span<const signed char> sign, std::span<con
   std::vector<Index> node(count);
   for (std::size_t i = 0; i < count; ++i) {
     position_[i] = place[turn[i]];
-    sign_[position_[i]] = sign[i];
+    sign_[position_[i]] = nodes[i] == Node::joint ? -1 : 1;
     node[position_[i]] = static_cast<Index>(i);
     if (const Index p = parent[turn[i]]; p >= 0) parent_[position_[i]] = place[p];
   }
@@ -156,12 +161,15 @@ void QuasidefiniteFactor::place_edges(std::span<const Edge> edges) {
 void QuasidefiniteFactor::plan_updates() {
   target_.clear();
   work_ = 0;
+  unit_.assign(nodes(), 0);
+  for (std::size_t k = 0; k < nodes(); ++k) unit_[k] = sign_[k] > 0;
   for (std::size_t k = 0; k < nodes(); ++k) {
     const double d = static_cast<double>(last_slot(k) - first_slot(k));
-    work_ += area * n * (1 + d + 0.5 * d * (d + 1));
+    work_ += area * n * (!unit_[k] + d + 0.5 * d * (d + 1));
     for (std::size_t a = first_slot(k); a < last_slot(k); ++a) {
       const Index q = above_[a];
       target_.push_back(-1 - q);
+      unit_[q] = 0;
       std::size_t slot = first_slot(q);
       for (std::size_t c = a + 1; c < last_slot(k); ++c) {
         while (above_[slot] != above_[c]) ++slot;
@@ -173,6 +181,8 @@ void QuasidefiniteFactor::plan_updates() {
 
 void QuasidefiniteFactor::clear() {
   std::fill(diagonal_.begin(), diagonal_.end(), 0.0);
+  for (std::size_t k = 0; k < nodes(); ++k)
+    for (int i = 0; i < n; ++i) diagonal_[area * k + (n + 1) * i] = sign_[k];
   std::fill(blocks_.begin(), blocks_.end(), 0.0);
 }
 
@@ -180,10 +190,10 @@ bool QuasidefiniteFactor::factor() {
   const std::ptrdiff_t* target = target_.data();
   for (std::size_t k = 0; k < nodes(); ++k) {
     double* pivot = &diagonal_[area * k];
-    if (!AMONTONS_DISPATCH(invert_root_six, pivot, sign_[k])) return false;
+    if (!unit_[k] && !AMONTONS_DISPATCH(factor_six, pivot, sign_[k], &least_[n * k])) return false;
     const std::size_t first = first_slot(k), count = last_slot(k) - first;
     if (count == 0) continue;
-    AMONTONS_DISPATCH(eliminate_six, pivot, &blocks_[area * first], count, sign_[k],
+    AMONTONS_DISPATCH(eliminate_six, unit_[k] ? nullptr : pivot, &blocks_[area * first], count, sign_[k],
                       PairTargets{target, diagonal_.data(), blocks_.data()});
     target += count * (count + 1) / 2;
   }
@@ -192,11 +202,13 @@ bool QuasidefiniteFactor::factor() {
 
 void QuasidefiniteFactor::forward(double* r) const {
   for (std::size_t k = 0; k < nodes(); ++k) {
-    const double* X = &diagonal_[area * k];  // its upper triangle is zero
-    double* own = r + n * k;
-    double w[n];
-    for (int i = 0; i < n; ++i) w[i] = dot_six(X + n * i, own);
-    std::copy_n(w, n, own);
+    const double* R = &diagonal_[area * k];
+    double* w = r + n * k;
+    if (!unit_[k])
+      for (int i = 0; i < n; ++i) {
+        w[i] *= R[(n + 1) * i];
+        for (int j = 0; j < i; ++j) w[i] += R[n * i + j] * w[j];
+      }
     for (std::size_t a = first_slot(k); a < last_slot(k); ++a) {
       const double* U = &blocks_[area * a];
       Two change[3] = {};
@@ -207,7 +219,7 @@ void QuasidefiniteFactor::forward(double* r) const {
   }
 }
 
-// z_k = R^-T s (w_k - sum_q U_q z_q)
+// z_k = Q^-T s (w_k - sum_q U_q z_q)
 void QuasidefiniteFactor::backward(double* w) const {
   for (std::size_t k = nodes(); k-- > 0;) {
     double rest[n];
@@ -217,14 +229,18 @@ void QuasidefiniteFactor::backward(double* w) const {
       const double *U = &blocks_[area * a], *z = w + n * above_[a];
       for (int i = 0; i < n; ++i) rest[i] -= sign_[k] * dot_six(U + n * i, z);
     }
-    Two z[3] = {};
-    for (int i = 0; i < n; ++i) add_six(rest[i], &diagonal_[area * k + n * i], z);
-    std::memcpy(w + n * k, z, sizeof z);
+    const double* R = &diagonal_[area * k];
+    if (!unit_[k])
+      for (int i = n; i-- > 0;) {
+        for (int j = 0; j < i; ++j) rest[j] += R[n * i + j] * rest[i];
+        rest[i] *= R[(n + 1) * i];
+      }
+    std::copy_n(rest, n, w + n * k);
   }
 }
 
 void QuasidefiniteFactor::forward_node(std::size_t position, double* w, std::size_t columns) const {
-  AMONTONS_DISPATCH(multiply_six_rows, &diagonal_[area * position], w, columns);
+  AMONTONS_DISPATCH(divide_six_rows, &diagonal_[area * position], w, columns);
 }
 
 void QuasidefiniteFactor::forward_update(std::size_t slot, int sign, const double* w, std::size_t columns,

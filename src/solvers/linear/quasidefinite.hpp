@@ -7,16 +7,18 @@
 
 namespace amontons {
 
-// A sparse symmetric quasidefinite matrix of 6 x 6 blocks. Some nodes are positive (bodies, with their mass
-// matrix), the others negative (joints, with minus their compliance), and
+// A sparse symmetric quasidefinite matrix of 6 x 6 blocks. Some nodes are positive (groups of coordinates of
+// motion in which the masses are 1), the others negative (joints, with minus their compliance), and
 //
-//   K = [ M   D' ]  = L S L',   L lower triangular, S = diag(+-1), the signs of the nodes.
-//       [ D  -E  ]
+//   K = [ 1   Y' ]  = L S L',   L lower triangular, S = diag(+-1), the signs of the nodes.
+//       [ Y  -E  ]
 //
-// exists for any order of the nodes if M and E are positive definite (Vanderbei 1995). If E is tiny it is as
-// stable as a Cholesky factorisation only if a joint comes after one of its bodies, so that its pivot is -(E
-// + D M^-1 D'). The order ensures that. Otherwise it is greedy minimum degree. On a tree of bodies this goes
-// from the leaves to the root without fill: work and memory are linear in the bodies.
+// exists for any order of the nodes if E is positive definite (Vanderbei 1995). With a tiny E, the pivot
+// of a joint must be -(E + Y Y') of coordinates in which its rows are independent. Only then is it as stable
+// as a Cholesky factorisation. So a joint comes after a body, or after all of its nodes if some are
+// coordinates of trees: a light body beside a tree does not suffice. Otherwise the order is greedy minimum
+// degree. On a tree of bodies this goes from the leaves to the root without fill: work and
+// memory are linear in the bodies.
 //
 // Nodes of fewer than six rows are padded: the sign on the diagonal, zeros elsewhere.
 class QuasidefiniteFactor {
@@ -27,9 +29,10 @@ class QuasidefiniteFactor {
     Index a, b;
   };
 
-  // Finds order and pattern from the signs of the nodes (+1, -1) and their edges. At most one edge joins two
-  // nodes.
-  void analyse(std::span<const signed char> sign, std::span<const Edge> edges);
+  enum class Node : signed char { joint, coordinates, body };
+
+  // Finds order and pattern from the nodes and their edges. At most one edge joins two nodes.
+  void analyse(std::span<const Node> nodes, std::span<const Edge> edges);
 
   std::size_t nodes() const { return sign_.size(); }
   // Multiplications of a factorisation.
@@ -40,10 +43,15 @@ class QuasidefiniteFactor {
   Index parent(std::size_t position) const { return parent_[position]; }
   int sign(std::size_t position) const { return sign_[position]; }
 
-  // Assembly: clears all, then takes the blocks of nodes and edges, row-major. The block of an edge has the
-  // rows of the node that comes first: edge.a if a_first().
+  // Whether a node is the unit matrix in L, too: no node before it changes it.
+  bool is_unit(std::size_t position) const { return unit_[position]; }
+
+  // Assembly: clears all, then takes the blocks of joints and edges, row-major. The block of an edge has the
+  // rows of the node that comes first: edge.a if a_first(). Signs stay on the diagonal.
   void clear();
   double* diagonal(std::size_t node) { return &diagonal_[area * static_cast<std::size_t>(position_[node])]; }
+  // The least pivots of a joint, six numbers: rows that others imply have pivots of rounding, of either sign.
+  double* least(std::size_t node) { return &least_[width * static_cast<std::size_t>(position_[node])]; }
   double* block(std::size_t edge) { return &blocks_[area * edge_block_[edge]]; }
   bool a_first(std::size_t edge) const { return edge_a_first_[edge]; }
 
@@ -67,12 +75,14 @@ class QuasidefiniteFactor {
   Index above(std::size_t slot) const { return above_[slot]; }
 
  private:
-  void order(std::span<const signed char> sign, std::span<const Edge> edges);
+  void order(std::span<const Node> nodes, std::span<const Edge> edges);
   void place_edges(std::span<const Edge> edges);
   void plan_updates();
 
-  // Per position: sign, parent, slots. Per slot: the position above, ascending.
+  // Per position: sign, whether it is the unit matrix, parent, slots. Per slot: the position above,
+  // ascending.
   std::vector<signed char> sign_;
+  std::vector<unsigned char> unit_;
   std::vector<Index> position_, parent_, above_;
   std::vector<std::size_t> first_slot_;
   // Per edge: the slot of its block, and whether its node a comes first.
@@ -81,9 +91,9 @@ class QuasidefiniteFactor {
   // Targets of the updates, in the order of factor(): the diagonal of a position (-1 - p) or a slot.
   std::vector<std::ptrdiff_t> target_;
   double work_ = 0;
-  // Before factor(): K. After it: diagonal_ the inverse of the lower triangular pivot root, blocks_ the
-  // transposed blocks of L.
-  std::vector<double> diagonal_, blocks_;
+  // Before factor(): K. After it: diagonal_ the factors that divide by the pivot roots (factor_six), blocks_
+  // the transposed blocks of L.
+  std::vector<double> diagonal_, blocks_, least_;
 };
 
 }  // namespace amontons

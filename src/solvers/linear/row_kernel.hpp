@@ -26,14 +26,15 @@ AMONTONS_FOR_EACH_ISA(
     // to_i -= s sum_k U[6 k + i] w_k for six rows of n numbers each, those of `to` `stride` apart, of w n.
     void subtract_six_rows(double* to, std::size_t stride, const double* U, double s, const double* w,
                            std::size_t n);
-    // In place of six rows: row i := sum_{k <= i} X[6 i + k] row k, X lower triangular.
-    void multiply_six_rows(const double* X, double* rows, std::size_t n);
-    // A := R^-1 with s A = R R', lower triangular, zeros above; A symmetric, 6 x 6. False if a pivot is not
-    // positive.
-    bool invert_root_six(double* A, double s);
-    // For a node of QuasidefiniteFactor with the inverse X of its pivot's root: its `count` blocks B := X B,
-    // and the blocks that pairs of them change, C -= s B_a'B_c.
-    void eliminate_six(const double* X, double* own, std::size_t count, double s, PairTargets to);
+    // s A = Q Q' with Q lower triangular; A symmetric, 6 x 6. A := R, the factors that divide by Q: 1 / Q_ii
+    // and below them -Q_ik / Q_ii. The rounding of an inverse of Q would grow with its condition. Pivots
+    // below `least` are raised to it. False if one is not positive.
+    bool factor_six(double* A, double s, const double* least);
+    // Divides six rows by Q: in their order row i := sum_{k <= i} R[6 i + k] row k.
+    void divide_six_rows(const double* R, double* rows, std::size_t n);
+    // For a node of QuasidefiniteFactor with the factors R of its pivot (null: the unit matrix). Its `count`
+    // blocks B := Q^-1 B, and the blocks that pairs of them change, C -= s B_a'B_c.
+    void eliminate_six(const double* R, double* own, std::size_t count, double s, PairTargets to);
     // The upper half of W += s Y'Y, Y six rows of n numbers, `stride` apart; rows of W lie `m` apart.
     void add_gram(double* W, std::size_t m, const double* Y, std::size_t stride, std::size_t n, double s);
     // y += A'x, A of `rows` rows of n numbers.

@@ -119,11 +119,11 @@ struct Six {
 };
 #endif
 
-// B := X B with lower triangular X; from the last row up, so that the rows still to be read are unchanged.
-inline void multiply_lower(const double* X, double* B) {
-  for (int i = 5; i >= 0; --i) {
+// B := Q^-1 B by the factors R of factor_six: each row takes those before it.
+inline void divide_lower(const double* R, double* B) {
+  for (int i = 0; i < 6; ++i) {
     Six row;
-    for (int k = 0; k <= i; ++k) row.add(X[6 * i + k], B + 6 * k);
+    for (int k = 0; k <= i; ++k) row.add(R[6 * i + k], B + 6 * k);
     row.store(B + 6 * i);
   }
 }
@@ -270,41 +270,31 @@ void subtract_six_rows(double* to, std::size_t stride, const double* U, double s
   }
 }
 
-// s A = L D L' by rows, which also transform the unit matrix to L^-1; then R^-1 = D^-1/2 L^-1. A pivot waits
-// for one division, and the roots are taken together at the end.
-bool invert_root_six(double* A, double s) {
-  constexpr double unit[36] = {1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,
-                               0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1};
-  Six rows[6], inverse[6];
-  for (int i = 0; i < 6; ++i) {
-    rows[i].add(s, A + 6 * i);
-    inverse[i].add(1, unit + 6 * i);
-  }
+// s A = L D L' by rows; then Q = L D^1/2. The roots are taken together at the end.
+bool factor_six(double* A, double s, const double* least) {
+  Six rows[6];
+  for (int i = 0; i < 6; ++i) rows[i].add(s, A + 6 * i);
   double d[6];
 #pragma GCC unroll 6
   for (int j = 0; j < 6; ++j) {
-    d[j] = rows[j][j];
+    d[j] = rows[j][j] < least[j] ? least[j] : rows[j][j];
     if (!(d[j] > 0)) return false;
     const double w = 1 / d[j];
 #pragma GCC unroll 6
-    for (int i = j + 1; i < 6; ++i) {
-      const double f = w * rows[j][i];
-      rows[i].subtract(f, rows[j]);
-      inverse[i].subtract(f, inverse[j]);
-    }
+    for (int i = j + 1; i < 6; ++i) rows[i].subtract(w * rows[j][i], rows[j]);
   }
   for (int i = 0; i < 6; ++i) {
-    Six row;
-    row.subtract(-1 / __builtin_sqrt(d[i]), inverse[i]);
-    row.store(A + 6 * i);
+    A[7 * i] = 1 / __builtin_sqrt(d[i]);
+    for (int k = 0; k < i; ++k) A[6 * i + k] = -A[7 * i] * A[7 * k] * rows[k][i];
+    for (int k = i + 1; k < 6; ++k) A[6 * i + k] = 0;
   }
   return true;
 }
 
-// All X B come first, because pairs read two of them. Targets follow the upper half by rows, including the
+// All Q^-1 B come first, because pairs read two of them. Targets follow the upper half by rows, including the
 // diagonal.
-void eliminate_six(const double* X, double* own, std::size_t count, double s, PairTargets to) {
-  for (std::size_t a = 0; a < count; ++a) multiply_lower(X, own + 36 * a);
+void eliminate_six(const double* R, double* own, std::size_t count, double s, PairTargets to) {
+  for (std::size_t a = 0; R && a < count; ++a) divide_lower(R, own + 36 * a);
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t c = a; c < count; ++c) {
       const std::ptrdiff_t t = *to.next++;
@@ -313,15 +303,14 @@ void eliminate_six(const double* X, double* own, std::size_t count, double s, Pa
     }
 }
 
-// From the last row up, as multiply_lower.
-void multiply_six_rows(const double* X, double* rows, std::size_t n) {
-  for (int i = 5; i >= 0; --i) {
+void divide_six_rows(const double* R, double* rows, std::size_t n) {
+  for (int i = 0; i < 6; ++i) {
     double* __restrict row = rows + i * n;
-    const double* x = X + 6 * i;
+    const double* r = R + 6 * i;
     for_each_vector(0, n, [&]<class Name>(std::size_t j) {
       using V = typename Name::Vector;
-      V t = x[i] * *(const V*)(row + j);
-      for (int k = 0; k < i; ++k) t += x[k] * *(const V*)(rows + k * n + j);
+      V t = r[i] * *(const V*)(row + j);
+      for (int k = 0; k < i; ++k) t += r[k] * *(const V*)(rows + k * n + j);
       *(V*)(row + j) = t;
     });
   }

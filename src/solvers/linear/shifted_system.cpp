@@ -75,7 +75,7 @@ ShiftedSystem::ShiftedSystem(const Problem& problem) : problem_(problem) {
 // Nodes are coordinates of motion, edges the pairs of nodes on which a block acts. Rows of D C wait for the
 // first factorisation: many patterns are analysed for its work alone.
 void ShiftedSystem::analyse(const ContactSystem& A) {
-  const MotionNodes nodes(A, problem_.graph);
+  const MotionNodes nodes(A, problem_.graph.moves, true);
   in_body_space_ = true;
   start_.assign(1, 0);
   for (const int size : nodes.size) start_.push_back(start_.back() + size);
@@ -124,7 +124,8 @@ void ShiftedSystem::find_nodes(const ContactSystem& A, const MotionNodes& nodes,
 
 // D C row by row, in the order of the blocks, with eight numbers per node of the block.
 void ShiftedSystem::form_rows(const ContactSystem& A) {
-  const MotionNodes nodes(A, problem_.graph);
+  MotionNodes nodes(A, problem_.graph.moves, true);
+  nodes.make_roots(A.bodies);
   compliance_ = A.compliance;
   if (std::any_of(compliance_.begin(), compliance_.end(), [](double e) { return e > 0; }))
     L_.resize(factor_size_);
@@ -135,9 +136,6 @@ void ShiftedSystem::form_rows(const ContactSystem& A) {
   }
   D_.resize(size);
   G_.resize(size);
-  // A row (n, t) of D becomes (n / sqrt(m), t C) with C C' = I^-1. A body has one C for all its rows.
-  std::vector<std::array<double, 6>> roots;
-  for (const auto& inertia : A.bodies.inverse_inertia) roots.push_back(semidefinite_root(inertia));
   std::vector<int> place(nodes.size.size());  // of each node of the present block among them
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Block& block = blocks_[b];
@@ -145,18 +143,9 @@ void ShiftedSystem::form_rows(const ContactSystem& A) {
     for (std::size_t j = 0; j < own.size(); ++j) place[own[j]] = static_cast<int>(j);
     for (int i = block.row; i < block.row + block.dim; ++i) {
       double* out = D_.data() + block.value + 8 * own.size() * (i - block.row);
-      const auto fill = [&](Index body, const std::array<double, 6>& j) {
-        if (body >= 0 && nodes.of_body[body] >= 0)
-          times_root(j, std::sqrt(A.bodies.inverse_mass[body]), roots[body],
-                     out + 8 * place[nodes.of_body[body]]);
-      };
-      fill(A.jacobian[i].body_a, A.jacobian[i].a);
-      fill(A.jacobian[i].body_b, A.jacobian[i].b);
-      if (A.half.first.empty()) continue;
-      for (std::size_t k = A.half.first[i]; k < A.half.first[i + 1]; ++k) {
-        const Index coordinate = A.half.coordinate[k];
-        out[8 * place[nodes.of_coordinate[coordinate]] + nodes.place[coordinate]] = A.half.value[k];
-      }
+      nodes.visit_row(A, i, A.jacobian[i], [&](std::size_t at, double value) {
+        out[8 * place[at / MotionNodes::width] + at % MotionNodes::width] = value;
+      });
     }
   }
 }

@@ -23,6 +23,13 @@ void times_root(const std::array<double, 6>& j, double translation, const std::a
   out[5] = j[5] * c[2];
 }
 
+void root_times(double translation, const std::array<double, 6>& c, const double* v, double* out) {
+  for (int k = 0; k < 3; ++k) out[k] = translation * v[k];
+  out[5] = c[4] * v[3] + c[5] * v[4] + c[2] * v[5];
+  out[4] = c[3] * v[3] + c[1] * v[4];
+  out[3] = c[0] * v[3];
+}
+
 void compliance_root(const double* R, int dim, double e, double* L) {
   std::fill(L, L + dim * dim, 0.0);
   for (int i = 0; i < dim; ++i)

@@ -16,6 +16,8 @@ std::array<double, 6> semidefinite_root(const std::array<double, 6>& s);
 // C is lower triangular, so that out_k sums over the rows from k on.
 void times_root(const std::array<double, 6>& j, double translation, const std::array<double, 6>& c,
                 double* out);
+// C v: a velocity from coordinates in which the kinetic energy is |v|^2 / 2. `v` and `out` may be the same.
+void root_times(double translation, const std::array<double, 6>& c, const double* v, double* out);
 
 // Lower L with L L' = I + e R'R, row-major dim x dim: Cholesky, with pivots of 1 or more. e is the compliance
 // of the first row of the block.

@@ -8,7 +8,7 @@ namespace amontons::second_order {
 struct Policy {
   // Rounding (relative): of a best residual, and of sqrt(t) at the end of the path of Coulomb's law. A
   // proximal term of this size keeps the pivots of a singular A. In the direct way also the natural map that
-  // bilateral rows may leave, the least compliance of such a row in K, and the floor of the diagonal of W.
+  // bilateral rows may leave, the floor of their pivots in K, and that of the diagonal of W.
   // Redundant rows then have a pivot far above the terms that cancel there.
   double rounding = 1e-12;
 
