@@ -157,6 +157,22 @@ TEST(the_path_is_shorter_from_a_point_near_the_solution) {
   CHECK(shorter >= 24);
 }
 
+// From the solution of a problem that is nearly the same. Fails if a curve is followed to its end where
+// Newton's method has the faces (494 factorisations).
+TEST(a_newton_step_ends_the_path) {
+  std::size_t factorizations = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    Reduction::Island island = island_of(seed, 6, 12, 0.5);
+    std::vector<double> x;
+    IslandSolver().solve(island, Law::coulomb, {1e-9, 1e-9, 0}, small::no_limit, x);
+    small::Random random(seed);
+    for (double& q : island.q) q *= 1 + 0.03 * random.uniform(-1, 1);
+    factorizations +=
+        IslandSolver().solve(island, Law::coulomb, {1e-9, 1e-9, 0}, small::no_limit, x).factorizations;
+  }
+  CHECK(factorizations <= 460);
+}
+
 // The same for many rows.
 TEST(the_large_path_of_coulombs_law_ends_at_a_solution) {
   int ended = 0;

@@ -120,7 +120,7 @@ TEST(the_curve_by_rates_is_that_by_rows) {
 }
 
 // Under the associated law a sweep lowers 1/2 x'W x + q'x, by rates as by rows. A wrong diagonal block would
-// raise it, a velocity that is not renewed would part the two.
+// raise it, velocities that a sweep does not keep would part the two.
 TEST(sweeps_descend_and_are_the_same_in_factors) {
   for (const bool held : {false, true}) {
     const Reduction::Island thin = island_on(7, 5, held), full = dense(thin);
@@ -129,6 +129,8 @@ TEST(sweeps_descend_and_are_the_same_in_factors) {
     a.start(thin, Law::associated, p);
     b.start(full, Law::associated, p);
     std::vector<double> x(thin.rows()), y(thin.rows());
+    a.begin_at(x);
+    b.begin_at(y);
     double last = 0;
     for (int sweep = 0; sweep < 10; ++sweep) {
       a.sweep(x);

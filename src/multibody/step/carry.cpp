@@ -53,7 +53,10 @@ Part find_carrying(const PosedImpulses& posed, const BodyVelocities& v,
   for (std::size_t k = 0; k < still.b.size(); ++k)
     still.b[k] = row_velocity(rows[part.of.rows[k]], lost) - still.b[k];
   options.x0 = part.x0;
-  part.solution = apgd(still, options, budget);
+  // Where the bodies cannot stand, no solution is found, and all work may go into the search. The solve of
+  // the step, which follows, keeps as much.
+  Budget half = budget.part_of_work(0.5);
+  part.solution = apgd(still, options, half);
   return part;
 }
 

@@ -136,15 +136,12 @@ bool CentralCurve<System>::start_near(System& system, const SetProduct& K, Law l
 
 template <class System>
 void CentralCurve<System>::start(System& system, const SetProduct& K, Law law) {
-  first_t_ = 1;
   system_ = &system;
   K_ = &K;
   law_ = law;
-  t_ = 1;
-  first_sign_ = sign_before_ = 0;
-  t_before_ = 1;
+  t_ = t_before_ = first_t_ = 1;
+  first_sign_ = sign_before_ = back_steps_ = 0;
   step_ = 0;
-  back_steps_ = 0;
   const std::size_t m = K.rows();
   for (std::vector<double>* v : {&F_, &F_start_, &F_t_, &bent_, &x_, &u_, &rho_}) v->assign(m, 0.0);
   for (Direction* d : {&back_, &along_, &trial_, &corrected_}) {

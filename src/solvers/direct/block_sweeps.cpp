@@ -50,7 +50,7 @@ void BlockSweeps::start(const Reduction::Island& island, Law law, const std::vec
   });
 }
 
-void BlockSweeps::start_velocities(const std::vector<double>& x) {
+void BlockSweeps::begin_at(const std::vector<double>& x) {
   const ThinMatrix& thin = island_->thin;
   if (!thin.empty()) {
     z_.assign(thin.stride, 0.0);
@@ -64,9 +64,8 @@ void BlockSweeps::start_velocities(const std::vector<double>& x) {
   work_ += std::uint64_t{x.size()} * x.size();
 }
 
-// A block that stays at a bound costs nothing by rows.
+// A block that stays at a bound is charged, too: its projections take about as long as its columns.
 void BlockSweeps::sweep(std::vector<double>& x) {
-  start_velocities(x);
   const ThinMatrix& thin = island_->thin;
   const double* W = diagonal_.data();
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
@@ -94,8 +93,8 @@ void BlockSweeps::sweep(std::vector<double>& x) {
       std::copy_n(next, d, &x[row]);
     }
     W += d * d;
-    if (!moved) return;
     work_ += d * (thin.empty() ? x.size() : thin.n);
+    if (!moved) return;
     if (thin.empty())
       AMONTONS_DISPATCH(add_product, u_.data(), dx, &island_->W[x.size() * row], d, x.size());
     else

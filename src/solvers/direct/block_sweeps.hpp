@@ -17,20 +17,20 @@ namespace amontons {
 // A sweep lets one contact carry before it asks the next, so that some stay open. It converges slowly, but a
 // face needs only the signs of x - u.
 //
-// By rows a sweep keeps u = W x + q, and adds the columns of a block that moved: open contacts are free. By
-// rates it keeps z = Q Y x, from which a block forms its own u, and adds rows of Y'Q. Both take at most twice
-// the multiplications of a product with W, m^2 or 2 m n, while Newton's matrix takes m^3 / 3 or m n^2.
+// By rows sweeps keep u = W x + q, and add the columns of a block that moved. By rates they keep z = Q Y x,
+// from which a block forms its own u, and add rows of Y'Q. A sweep takes m^2 or 2 m n multiplications, while
+// Newton's matrix takes m^3 / 3 or m n^2.
 class BlockSweeps {
  public:
   // p: a mass per block.
   void start(const Reduction::Island& island, Law law, const std::vector<double>& p);
+  // Forms the velocities of x, which sweeps keep from then on.
+  void begin_at(const std::vector<double>& x);
   void sweep(std::vector<double>& x);
   // Multiplications since start().
   std::uint64_t work() const { return work_; }
 
  private:
-  void start_velocities(const std::vector<double>& x);
-
   const Reduction::Island* island_ = nullptr;
   Law law_{};
   std::uint64_t work_ = 0;

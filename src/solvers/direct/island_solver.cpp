@@ -111,9 +111,7 @@ void IslandSolver::pay() {
   work_ = 0;
 }
 
-// Newton steps from the present x. The natural map may rise on the way to the right faces, so the best x is
-// kept. The proximal term is the same in all steps: a second search with a larger one changed no count of
-// benchmarks/sensitivity.py beyond its noise (measured on 0a78fe4).
+// Newton steps from the present x. The map may rise on the way to the right faces, so the best x is kept.
 void IslandSolver::find_faces() {
   std::size_t stale = 0;
   for (std::size_t i = 0; i < direct::policy.most_steps && stale < direct::policy.stale_steps; ++i) {
@@ -134,9 +132,10 @@ void IslandSolver::find_faces() {
 void IslandSolver::settle() {
   if (!swept_) sweeps_.start(*island_, law_, p_);
   const std::uint64_t begin = swept_ ? sweeps_.work() : 0;
-  const std::uint64_t end = sweeps_.work() + direct::policy.sweeps_per_step * newton_.work();
   swept_ = true;
   x_ = best_;
+  sweeps_.begin_at(x_);
+  const std::uint64_t end = sweeps_.work() + direct::policy.sweeps_per_step * newton_.work();
   while (sweeps_.work() < end) sweeps_.sweep(x_);
   work_ += (sweeps_.work() - begin) / direct::policy.sweeps_per_step;
   evaluate(x_, u_);
@@ -157,10 +156,8 @@ bool IslandSolver::newton_step() {
   return true;
 }
 
-// Follows the central curve: from a point near the best x, and from the middle of the sets if that curve
-// ends or has a fold. No search for faces on the way: nearly all Newton steps fail as long as
-// faces change, and cost more than further steps along the curve. A contact between two faces has x and w of
-// the size of sqrt(t), so that the curve ends where that is rounding.
+// Follows the central curve: from a point near the best x, and from the middle of the sets if that one fails.
+// A contact between two faces has x and w of the size of sqrt(t): the curve ends where that is rounding.
 void IslandSolver::follow_curve() {
   system_.start(*island_, p_);
   if (!start_near() || !follow(true)) {
@@ -197,10 +194,13 @@ bool IslandSolver::start_near() {
   return t < 1 && curve_.start_near(system_, island_->K, law_, trial_, trial_u_, t);
 }
 
-// Returns whether the target is reached. `falls`: the curve is left where t rises.
-bool IslandSolver::follow(bool falls) {
-  double before = curve_.t();
-  for (std::size_t i = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
+// Returns whether the target is reached. `near`: the curve is left where t has risen by half of its fall, in
+// digits; at most folds it rises less. Nearly all Newton steps fail as long as faces change. Where t falls
+// faster than in the step before, one may take the place of the last steps along the curve, which cost more.
+bool IslandSolver::follow(bool near) {
+  const double first = curve_.t(), end = second_order::policy.rounding * second_order::policy.rounding;
+  double least = first, before = first, fall = 0;
+  for (std::size_t i = 0, tried = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += system_.work();
@@ -209,9 +209,14 @@ bool IslandSolver::follow(bool falls) {
     system_.units().to_impulses(x_);
     evaluate(x_, u_);
     keep_better(x_, u_);
-    if (falls && curve_.t() > before) break;
-    before = curve_.t();
-    if (before < second_order::policy.rounding * second_order::policy.rounding) break;
+    const double t = curve_.t();
+    if ((near && t * t > first * least) || t < end) break;
+    const bool faster = t < fall * before && tried < direct::policy.stale_steps;
+    if (faster && is_unsolved() && newton_step()) keep_better(x_, u_);
+    tried += faster;
+    fall = t / before;
+    least = std::min(least, t);
+    before = t;
   }
   return result_.map <= limits_.target;
 }

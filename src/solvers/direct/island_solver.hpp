@@ -51,7 +51,7 @@ class IslandSolver {
   void settle();
   void follow_curve();
   bool start_near();
-  bool follow(bool falls);
+  bool follow(bool near);
 
   Budget* budget_ = nullptr;
   const Reduction::Island* island_ = nullptr;
