@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "amontons/multibody/kinematics/tree.hpp"
@@ -350,6 +351,49 @@ TEST(walls_sleep_beside_flight) {
   CHECK(both.steps(100) > 80);
   CHECK(both.simulation.sleeping() == 10);
   both.steps(250);
+}
+
+// Breaks if the correction of an overlap elsewhere wakes what rests, or moves it, with joints or without.
+TEST(islands_sleep_beside_corrections) {
+  for (const bool trees : {false, true}) {
+    Scene scene = arms_beside_motion(trees);
+    scene.tower(8, 2);
+    const Index box = scene.body({12, 0, half}, Box{{half, half, half}});
+    Pair both(scene);
+    both.steps(400);
+    CHECK(both.simulation.sleeping() == 7);
+    const State before = both.state;
+    for (int k = 0; k < 3; ++k) {
+      both.change([&](State& s) { s.positions[box].z -= 0.05 * half; });
+      both.steps(1);
+      CHECK(both.simulation.sleeping() == 6);
+      CHECK(both.state.positions[box].z > 0.99 * half);
+    }
+    for (const Index i : {0, 1, 2, 3, box - 2, box - 1})
+      CHECK(both.state.positions[i] == before.positions[i]);
+  }
+}
+
+// Breaks if the pose of a body at rest changes by rounding while its velocity is zero: a robot would never
+// sleep whose centres of mass are not its origins, and that is turned by any angle.
+TEST(poses_at_rest_keep_their_bits) {
+  for (const bool trees : {false, true}) {
+    Scene scene;
+    scene.d.trees = trees ? Trees::automatic : Trees::none;
+    for (int k = 0; k < 10; ++k) {
+      const auto first = static_cast<std::size_t>(scene.arm(1.7 * k));
+      const Quat turned = exponential({0, 0, 0.3 + 0.7 * k});
+      for (Body& body : std::span(scene.d.bodies).subspan(first, 2)) {
+        body.pose.position.y += 0.3 * k;
+        body.pose = {rotate(turned, body.pose.position), turned};
+        body.centre_of_mass = {0.013, 0.007, -0.011};
+      }
+    }
+    scene.pendulum(30);
+    Simulation simulation(std::make_shared<Model>(scene.d), options());
+    for (int k = 0; k < 600; ++k) simulation.step();
+    CHECK(simulation.sleeping() == 20);
+  }
 }
 
 // Breaks if an island sleeps on while a ball hits it, or wakes without a touch.

@@ -154,7 +154,7 @@ void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vecto
 //
 // Velocities in the state are ahead of v by the same acceleration, of the momenta: impulses change these, and
 // the turn of an inertia does not. The spin is then exact for a free body.
-// A body that the step has stopped rests.
+// A body that the step has stopped rests, and keeps the bits of its pose.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const Drift& drift, State& state, std::span<const Index> in_tree) {
   for_entries(drift.threads, frames.size(), [&](std::size_t i) {
@@ -162,7 +162,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) return;
     const bool rests = v[i].linear == Vec3{} && v[i].angular == Vec3{} && spins[i].lag == Vec3{};
-    if (rests && body.centre_of_mass == Vec3{}) {
+    if (rests) {
       state.linear_velocities[i] = state.angular_velocities[i] = {};
       state.middle_velocities[i] = {};
       return;
@@ -174,11 +174,12 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     if (model.is_dynamic(static_cast<Index>(i)))
       omega = end_spin(model.inverse_inertia(static_cast<Index>(i)), frames[i].inertia, spins[i], omega,
                        {before, after, h * norm(omega)});
-    // The centre of mass moves straight; the frame follows.
+    // The centre of mass moves straight; the frame follows. If nothing turns both move by the same way, which
+    // is added to the place as it is: a centre that is added and subtracted would leave its rounding.
     const Vec3 way = h * v[i].linear;
     const Vec3 arm = rotate(after, body.centre_of_mass);
-    const bool centred = body.centre_of_mass == Vec3{};
-    state.positions[i] = centred ? state.positions[i] + way : (frames[i].centre + way) - arm;
+    const bool along = body.centre_of_mass == Vec3{} || v[i].angular == Vec3{};
+    state.positions[i] = along ? state.positions[i] + way : (frames[i].centre + way) - arm;
     state.orientations[i] = after;
     MiddleVelocity& middle = state.middle_velocities[i];
     middle.linear = v[i].linear - cross(omega, arm);

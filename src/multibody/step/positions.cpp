@@ -32,6 +32,7 @@ struct PositionInput {
   const StepSetting& step;
   const Observed& observed;
   const BodyMobilities& mobility;
+  const State& state;
   const Model& model = step.model;
   const BodyFrames& frames = observed.frames;
   const std::vector<Contact>& contacts = observed.contacts;
@@ -66,21 +67,27 @@ bool can_open(const PositionInput& in, const Contact& c) {
   return !(is_held(in, c.body_a, c) && is_held(in, c.body_b, c));
 }
 
+// By how much the dofs of a joint are beyond their limits (m); angles count times length.
+double travel_error(const PositionInput& in, Index joint) {
+  const auto& dofs = in.model.joint(joint).dofs;
+  double worst = 0;
+  for (std::size_t i = 0; i < dofs.size(); ++i) {
+    const double q = in.state.coordinates[in.model.first_dof(static_cast<std::size_t>(joint)) + i];
+    const double s = dofs[i].kind == Dof::Kind::hinge ? in.length : 1;
+    worst = std::max({worst, s * (q - dofs[i].upper), s * (dofs[i].lower - q)});
+  }
+  return worst;
+}
+
 // The largest error (m); angles count times length.
-double largest_error(const PositionInput& in, const State& state) {
+double largest_error(const PositionInput& in) {
   double worst = 0;
   for (const Contact& c : in.contacts)
     if (is_rigid(c) && -c.gap > std::max(worst, allowed_error(in.length)) && can_open(in, c)) worst = -c.gap;
   worst = std::max({worst, in.observed.errors.joint.distance, in.length * in.observed.errors.joint.angle,
                     in.observed.errors.line});
-  for (std::size_t j = 0; j < in.model.joints(); ++j) {
-    const auto& dofs = in.model.joint(static_cast<Index>(j)).dofs;
-    for (std::size_t i = 0; i < dofs.size(); ++i) {
-      const double q = state.coordinates[in.model.first_dof(j) + i];
-      const double s = dofs[i].kind == Dof::Kind::hinge ? in.length : 1;
-      worst = std::max({worst, s * (q - dofs[i].upper), s * (dofs[i].lower - q)});
-    }
-  }
+  for (std::size_t j = 0; j < in.model.joints(); ++j)
+    worst = std::max(worst, travel_error(in, static_cast<Index>(j)));
   return worst;
 }
 
@@ -115,14 +122,14 @@ JacobianRow normal_row(const Contact& c) {
 // Rows of the joints that constrain positions, then the contacts. Springs and servos have E = 1 / (h^2 k +
 // ...) as in the step: a robot that can be lifted is lifted and not bent. Large models omit them, because a
 // first-order method would not converge with them. `speed`: target of inequalities.
-void position_rows(const PositionInput& in, const BodyVelocities& rest, const State& state, double speed,
+void position_rows(const PositionInput& in, const BodyVelocities& rest, double speed,
                    PositionMemory& memory) {
-  auto& [all, rows, _1, _2] = memory;
+  auto& [all, rows, _1, _2, _3, _4] = memory;
   all.clear();
   rows.clear();
   JointOptions options = in.step.joint_options();
   options.dampers = false;
-  append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, state, options, all);
+  append_joint_rows(in.model, in.at_rest(rest), in.observed.joints, in.state, options, all);
   rows.auxiliary_inverse_mass = all.auxiliary_inverse_mass;
   const double h = in.h;
   const bool few = all.tags.size() <= step::policy.few_rows;
@@ -150,15 +157,67 @@ void position_rows(const PositionInput& in, const BodyVelocities& rest, const St
     if (is_rigid(c)) append_inequality(normal_row(c), c.gap, {RowKind::limit, -1, -1});
 }
 
-// The displacements, as velocities over h. Empty if the time of `budget` runs out before they are better than
-// none: the next step tries again.
+// Per body: it moves, or has an error above the allowed one. A body asleep has neither: an island with an
+// error is corrected in the step in which it would rest, which changes its part of the state.
+std::vector<unsigned char> find_correctable(const PositionInput& in) {
+  const double allowed = allowed_error(in.length);
+  std::vector<unsigned char> found;
+  for (const BodyVelocity& v : in.observed.start)
+    found.push_back(!(v.linear == Vec3{} && v.angular == Vec3{}));
+  const auto mark = [&](Index a, Index b) {
+    for (const Index body : {a, b})
+      if (body >= 0) found[static_cast<std::size_t>(body)] = 1;
+  };
+  for (const Contact& c : in.contacts)
+    if (is_rigid(c) && -c.gap > allowed && can_open(in, c)) mark(c.body_a, c.body_b);
+  for (const JointContext& joint : in.observed.joints) {
+    const JointError error = joint_error(in.model, {&joint, 1});
+    if (std::max({error.distance, in.length * error.angle, travel_error(in, joint.index)}) > allowed)
+      mark(joint.body_a, joint.body_b);
+  }
+  return found;
+}
+
+// The blocks of all islands but those that stand and have no error: the latter stay where they are, to the
+// bit, whatever happens elsewhere. They could not sleep otherwise (sleep.cpp).
+//
+// Islands that move are corrected even if their own errors are below the allowed one. The end of an overlap
+// lifts the bodies above it. If overlaps grew until one exceeds the allowed error, a wall would rise by all
+// of them at once. It would gain 1e-4 of the energy of the ball that hits it (test_small_wall_under_impact).
+//
+// Each row is a block.
+void find_blocks(const PositionInput& in, const JointRows& rows, const Islands& graph,
+                 std::vector<std::size_t>& blocks) {
+  static thread_local std::vector<unsigned char> corrected;
+  corrected.assign(graph.count, 0);
+  const std::vector<unsigned char> bodies = find_correctable(in);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (bodies[i] && graph.of_body[i] >= 0) corrected[graph.of_body[i]] = 1;
+  const auto is_line = [&](std::size_t k) {
+    const RowKind kind = rows.tags[k].kind;
+    return kind == RowKind::coupling || kind == RowKind::tendon || kind == RowKind::rub ||
+           kind == RowKind::clearance;
+  };
+  for (std::size_t k = 0; k < rows.tags.size() && in.observed.errors.line > allowed_error(in.length); ++k)
+    if (is_line(k)) corrected[graph.of_block[k]] = 1;
+  blocks.clear();
+  for (std::size_t k = 0; k < graph.of_block.size(); ++k)
+    if (corrected[graph.of_block[k]]) blocks.push_back(k);
+}
+
+// The displacements, as velocities over h. Empty if no body can remove an error, or if the time of `budget`
+// runs out before they are better than none: the next step tries again.
 BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest, StepClock& clock,
                              Budget& budget, PositionMemory& memory, StepSums& sums) {
-  auto& [_, rows, problem, elimination] = memory;
+  auto& [_1, rows, whole, part, number, elimination] = memory;
   std::vector<Contact> none;
   const Assembly at_rest{.h = in.h, .kick = in.h, .recovery_speed = 0};
-  assemble_system(in.at_rest(rest), none, rows, at_rest, problem);
-  write_b(rest, none, rows, at_rest, {}, problem);
+  assemble_system(in.at_rest(rest), none, rows, at_rest, whole);
+  write_b(rest, none, rows, at_rest, {}, whole);
+  find_blocks(in, rows, whole.graph.islands, part.blocks);
+  if (part.blocks.empty()) return {};
+  part.make(whole, {}, number);
+  const Problem& problem = part.of.problem;
   clock.lap(&Timings::assembly);
   const bool linear = problem.K.all_bilateral();
   Options options;
@@ -166,16 +225,18 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   options.tolerance = step::policy.allowed_error;
   options.max_iterations = step::policy.most_position_iterations;
   Budget share = budget.part_of_work(step::policy.share_of_part);
-  const bool few = linear || rows.tags.size() <= step::policy.few_rows;
+  const bool few = linear || problem.rows() <= step::policy.few_rows;
   if (!few) options.iterates = in.step.options.iterates;  // a device that serves large steps serves this, too
-  Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
+  const Solution s = few ? automatic(problem, options, share, elimination) : apgd(problem, options, share);
   // Products of this solve are in the report, and so is its time.
   clock.lap(&Timings::solve);
   ++sums.solves;
   sums.add_cost(s);
   if (s.status == Status::deadline && s.residual >= 1) return {};
+  std::vector<double> x(whole.rows(), 0.0);
+  part.of.put(s.x, x);
   BodyVelocities p = rest;
-  apply_impulses(problem, s.x, p);
+  apply_impulses(whole, x, p);
   return p;
 }
 
@@ -203,11 +264,11 @@ static bool correct_positions(const StepSetting& step, StepClock& clock, StepScr
                               StepSums& sums) {
   Observed& observed = scratch.observed;
   PositionMemory& memory = scratch.positions;
-  const PositionInput in{step, observed, scratch.stiffened.mobility};
-  const double error = largest_error(in, state), h = in.h;
+  const PositionInput in{step, observed, scratch.stiffened.mobility, state};
+  const double error = largest_error(in), h = in.h;
   if (!(error > allowed_error(in.length))) return false;
   const BodyVelocities rest(in.frames.size());
-  position_rows(in, rest, state, in.step.displacing, memory);
+  position_rows(in, rest, in.step.displacing, memory);
   if (memory.rows.tags.empty()) return false;
   Budget time = clock.budget.part_of_time(step::policy.share_of_part);
   BodyVelocities p = displacements(in, rest, clock, time, memory, sums);
@@ -215,7 +276,7 @@ static bool correct_positions(const StepSetting& step, StepClock& clock, StepScr
   // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
   if (const double turn = h * turning(p); turn > step::policy.largest_turn) {
     const double share = step::policy.largest_turn / turn;
-    position_rows(in, rest, state, share * std::min(in.step.displacing, error / h), memory);
+    position_rows(in, rest, share * std::min(in.step.displacing, error / h), memory);
     p = displacements(in, rest, clock, time, memory, sums);
     if (p.empty()) return false;
     // Rows of joints demand their whole error even so. The next steps remove what a shorter way leaves.
@@ -224,8 +285,9 @@ static bool correct_positions(const StepSetting& step, StepClock& clock, StepScr
   }
   stop_at_fixed(in, p);
   for (std::size_t i = 0; i < p.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i)) || step.tree.moves(i) || !is_finite(p[i].linear) ||
-        !is_finite(p[i].angular))
+    const bool stays = p[i].linear == Vec3{} && p[i].angular == Vec3{};
+    if (!in.model.is_dynamic(static_cast<Index>(i)) || step.tree.moves(i) || stays ||
+        !is_finite(p[i].linear) || !is_finite(p[i].angular))
       continue;
     const Quat turn = exponential(h * p[i].angular);
     const Vec3 arm = in.frames[i].centre - state.positions[i];

@@ -4,6 +4,7 @@
 #include "amontons/multibody/joints/rows.hpp"
 #include "amontons/problem/problem.hpp"
 #include "amontons/solvers/direct/elimination.hpp"
+#include "amontons/solvers/driver/parts.hpp"
 #include "multibody/step/observe.hpp"
 #include "multibody/step/step_problem.hpp"
 
@@ -14,6 +15,8 @@ namespace amontons {
 struct PositionMemory {
   JointRows joints, rows;
   Problem problem;
+  Part part;  // of it: the islands that are corrected
+  std::vector<Index> number;
   Elimination elimination;
 };
 

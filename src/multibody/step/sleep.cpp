@@ -5,8 +5,9 @@
 // nothing drifts.
 //
 // Some rules of a step depend on the whole scene. Those for closed contacts depend on the number of contacts
-// and on the deepest overlap. Sleepers keep their part. If a step corrects positions, misses its tolerance or
-// applies another rule, all wake and the step is made again.
+// and on the deepest overlap. Sleepers keep their part. If a step misses its tolerance or applies another
+// rule, all wake and the step is made again. A correction of positions leaves islands that stand without an
+// error as they are (step/positions).
 //
 // Bodies with tendons, couplings, drives of their own or bonds do not fall asleep: their rows depend on more.
 //

@@ -94,6 +94,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (options_.max_iterations == 0)
     budget.limit_work(
         most_work(observed.contacts.size() + last_.asleep.contacts.size() + 6 * model.joints()));
+  if (wakes(false)) return Outcome::woken;  // a correction moves all that touches what moves
   const bool corrected = correct(step, clock, *scratch_, state_, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, model.length());
@@ -108,8 +109,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   // 4. and 5. A hard solve uses all of its time, so a share is reserved for the look ahead and later solves.
   pose(step, clock, state_, observed, posed);
   const std::size_t found = observed.contacts.size();
-  if (wakes(corrected || !last_.asleep.have(posed.assembly.closing, posed.assembly.slack)))
-    return Outcome::woken;
+  if (wakes(!last_.asleep.have(posed.assembly.closing, posed.assembly.slack))) return Outcome::woken;
   clock.lap(&Timings::assembly);
   Budget before_look = budget.part_of_time(step::policy.share_of_part);
   solve(step, solver(before_look, elimination), observed, posed, solved);

@@ -116,8 +116,10 @@ Quat ball_in(const Model& model, const State& state, const TreeBody& b) {
 // Forward kinematics, parents first. Nothing is read from the poses of bodies beyond a joint.
 //
 // Poses of all bodies from the coordinates in the state, its poses of bases, and balls.
-void place_all(const Model& model, const Tree& tree, const State& state, TreeStep& trees) {
+void place_all(const Model& model, const Tree& tree, const State& state, std::span<const unsigned char> still,
+               TreeStep& trees) {
   for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    if (!still.empty() && still[i]) continue;
     const TreeBody& b = tree.moving()[i];
     TreePlace& place = trees.places[i];
     if (b.joint < 0) {
@@ -131,8 +133,10 @@ void place_all(const Model& model, const Tree& tree, const State& state, TreeSte
 }
 
 // After a step, and if the user has moved bodies.
-void write_poses(const Tree& tree, const TreeStep& trees, State& state) {
+void write_poses(const Tree& tree, const TreeStep& trees, std::span<const unsigned char> still,
+                 State& state) {
   for (std::size_t i = 0; i < tree.moving().size(); ++i) {
+    if (!still.empty() && still[i]) continue;
     state.positions[tree.moving()[i].body] = trees.places[i].pose.position;
     state.orientations[tree.moving()[i].body] = trees.places[i].pose.rotation;
   }
@@ -175,7 +179,7 @@ void resize(const Tree& tree, TreeStep& trees) {
 // the bodies beyond it follow.
 static void find_places(const Model& model, const Tree& tree, State& state, TreeStep& trees) {
   read_balls(model, tree, state, trees);
-  place_all(model, tree, state, trees);
+  place_all(model, tree, state, {}, trees);
   const auto moved_body = [&](const TreePlace& place) {
     return was_moved(model, state, tree.moving()[static_cast<std::size_t>(&place - trees.places.data())].body,
                      place.pose);
@@ -185,8 +189,8 @@ static void find_places(const Model& model, const Tree& tree, State& state, Tree
     for (std::size_t i = 0; i < frames.size(); ++i) frames[i].pose = pose_in(state, static_cast<Index>(i));
     update_coordinates(model, frames, state);
     read_balls(model, tree, state, trees);
-    place_all(model, tree, state, trees);
-    write_poses(tree, trees, state);
+    place_all(model, tree, state, {}, trees);
+    write_poses(tree, trees, {}, state);
   }
 }
 

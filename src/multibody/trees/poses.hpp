@@ -16,13 +16,15 @@ void place_tree_joints(const TreeSetting& in, const State& state, const TreeStep
                        JointContexts& joints);
 
 // Poses, frames and columns in TreeStep from the coordinates in the state, its poses of bases, and balls.
-void place_all(const Model& model, const Tree& tree, const State& state, TreeStep& trees);
+// `still`, per TreeBody: its place holds; empty: none does.
+void place_all(const Model& model, const Tree& tree, const State& state, std::span<const unsigned char> still,
+               TreeStep& trees);
 
 // The places in TreeStep are those that place_trees() would find for this state.
 void note_placed(const TreeSetting& in, const State& state);
 
-// The poses in TreeStep become those of the state.
-void write_poses(const Tree& tree, const TreeStep& trees, State& state);
+// The poses in TreeStep become those of the state, except of bodies that are still.
+void write_poses(const Tree& tree, const TreeStep& trees, std::span<const unsigned char> still, State& state);
 
 // The motion of one dof, after the motions of those before it: T := T exp(s q). A slide moves along its axis.
 // A hinge turns about its anchor a, x -> R (x - a) + a.

@@ -336,6 +336,26 @@ static Vec3 origin_velocity(const TreeSetting& in, const TreeStep& trees, std::s
   return in.memory.flow[i].linear + cross(in.memory.flow[i].angular, place.pose.position - place.reference);
 }
 
+// Per TreeBody: no rate moves it, nor a body that carries it. It keeps the bits of its pose. A product with
+// the unit quaternion is exact, but its normalisation rounds. So does an arm that is added and subtracted.
+// The pose of a robot at rest would change in each step, and the robot could not sleep (step/sleep.cpp).
+static const std::vector<unsigned char>& find_still(const Tree& tree, const BodyVelocities& v,
+                                                    std::span<const double> rates) {
+  static thread_local std::vector<unsigned char> still;
+  still.resize(tree.moving().size());
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    const TreeBody& b = tree.moving()[i];
+    const auto own = rates.subspan(b.first, b.count);
+    bool stays = std::all_of(own.begin(), own.end(), [](double rate) { return rate == 0; });
+    if (b.above >= 0)
+      stays = stays && still[b.above];
+    else if (b.joint >= 0 && b.parent >= 0)
+      stays = stays && v[b.parent].linear == Vec3{} && v[b.parent].angular == Vec3{};
+    still[i] = stays;
+  }
+  return still;
+}
+
 // Coordinates of dofs add; bases and balls turn by the exponential of their rates, about axes that stay. The
 // middle velocities are those of the rates in the new pose, since the rates are means over the step.
 void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const double> rates,
@@ -344,8 +364,10 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
   const Tree& tree = in.tree;
   const double h = in.h;
   const auto turn = [&](std::size_t k) { return h * Vec3{rates[k], rates[k + 1], rates[k + 2]}; };
+  const std::vector<unsigned char>& still = find_still(tree, v, rates);
   for (std::size_t i = 0; i < tree.moving().size(); ++i) {
     const TreeBody& b = tree.moving()[i];
+    if (still[i]) continue;
     if (b.joint < 0) {
       const Vec3 centre = trees.places[i].centre + turn(b.first);
       const Quat rotation = normalised(exponential(turn(b.first + 3)) * state.orientations[b.body]);
@@ -357,8 +379,8 @@ void move_trees(const TreeSetting& in, const BodyVelocities& v, std::span<const 
     if (b.count > b.dofs)
       trees.places[i].ball = normalised(trees.places[i].ball * exponential(turn(b.first + b.dofs)));
   }
-  place_all(model, tree, state, trees);
-  write_poses(tree, trees, state);
+  place_all(model, tree, state, still, trees);
+  write_poses(tree, trees, still, state);
   note_placed(in, state);
   BodyFrames& moved = in.memory.frames;
   moved.resize(model.bodies());
