@@ -72,7 +72,6 @@ PARTS = (
     program("performance_profile", "profile", limit=20),
     program("budgets"),
     program("calls"),
-    program("packing"),
     program("robots", "robots", "robots_2ms", limit=25),
     Part("forms", ("robots.py", "--trees", "both"), ("robots_forms",), 15),
     Part("fall", ("robots.py", "--fall", "--limit", "15"), ("robots_fall",), 15),

@@ -1,6 +1,8 @@
 # Kernels (src/*/*.isa.cpp) are compiled once per instruction set, each into its own namespace
 # amontons::AMONTONS_ISA; include/amontons/base/isa.hpp chooses among them at run time.
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND CMAKE_SIZEOF_VOID_P EQUAL 8)
+# Threads share their work alike in every set: the thread sanitizer takes one.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND CMAKE_SIZEOF_VOID_P EQUAL 8
+   AND NOT AMONTONS_SANITIZE STREQUAL "thread")
   set(AMONTONS_X86 TRUE)
   set(amontons_isas baseline avx2 avx512)
 else()

@@ -74,6 +74,25 @@ inline Joint joint_of(Index a, Index b, std::vector<Dof> dofs, bool spherical = 
   return joint;
 }
 
+// A floating base, chains of mixed dofs, a ball, a joint whose B hangs on its A, and a driven body.
+inline ModelDescription odd_trees(Random& random) {
+  ModelDescription d;
+  for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
+  d.bodies[5].motion = Motion::kinematic;
+  const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
+    Joint joint = joint_of(a, b, std::move(dofs), ball);
+    joint.frame_a = random.transform(0.5);
+    joint.frame_b = random.transform(0.5);
+    d.joints.push_back(joint);
+  };
+  add(1, 0, {hinge(random.unit(), random.vector()), slide(random.unit()), hinge(random.unit())});
+  add(0, 2, {slide(random.unit())}, true);  // body 2 moves
+  add(3, 2, {}, true);
+  add(4, 5, {hinge(random.unit())});  // on a body that keeps its velocity
+  d.joints[0].dofs[0].armature = 0.3;
+  return d;
+}
+
 // T(q) written down once more, from the definition, as the oracle of the library's.
 inline Transform product_of_exponentials(const Joint& joint, const std::vector<double>& q) {
   Transform t;

@@ -87,7 +87,7 @@ void check_against_brute_force(BroadPhase& phase, Boxes s) {
 
 // A wrong child mask, a group or a size class that is skipped, an order of leaves that misses or repeats one.
 // Counts around multiples of eight and of powers of eight, where nodes are partly filled.
-TEST(random_mixes_as_brute_force) {
+TEST(threads_find_random_mixes_as_brute_force) {
   for (std::size_t count : {0, 1, 2, 7, 8, 9, 63, 64, 65, 511, 513, 1500})
     for (double decades : {0.0, 1.0, 4.0, 12.0}) {
       BroadPhase phase;

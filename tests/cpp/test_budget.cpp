@@ -72,7 +72,7 @@ TEST(the_whole_pays) {
 
 // Breaks when a request to stop is asked for at every look, forgotten, not heard by inner work, or heard by
 // another thread.
-TEST(requests_to_stop_stay) {
+TEST(requests_to_stop_stay_in_their_thread) {
   int asked = 0;
   {
     const Interrupt outer([&] { return ++asked == 2; });

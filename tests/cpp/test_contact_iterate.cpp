@@ -243,7 +243,7 @@ TEST(fused_stages_of_stored_rows_equal_plain_stages) {
 }
 
 // Breaks when bodies shared between chunks lose or double an impulse.
-TEST(fused_stages_equal_plain_stages_in_many_chunks) {
+TEST(fused_stages_of_two_threads_equal_plain_stages) {
   for (Law law : laws) {
     compare_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);
     compare_momentum_with_plain(random_problem({20001, 3000, 7001}, false), law, 2);

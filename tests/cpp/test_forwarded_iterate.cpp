@@ -142,7 +142,7 @@ TEST(layout_of_a_device_keeps_vectors) {
 
 // Breaks when an entry depends on the number of threads, or on the problem that had the memory before; when
 // an array that differs is not told to the device, or the lists are made and sent anew for the same pairs.
-TEST(layout_of_a_device_in_the_memory_of_another) {
+TEST(threads_lay_out_in_the_memory_of_another) {
   const Problem many = row_of_boxes(2000, true), few = row_of_boxes(700, false),
                 rows = row_of_boxes(700, true);
   const DeviceLayout alone(many, 1);

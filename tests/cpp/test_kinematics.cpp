@@ -8,23 +8,8 @@ using namespace joint_scene;
 
 namespace {
 
-// A floating base, chains of mixed dofs, a ball, and a joint whose B hangs on its A.
 std::shared_ptr<const Model> odd_tree(Random& random) {
-  ModelDescription d;
-  for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
-  d.bodies[5].motion = Motion::kinematic;
-  const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
-    Joint joint = joint_of(a, b, std::move(dofs), ball);
-    joint.frame_a = random.transform(0.5);
-    joint.frame_b = random.transform(0.5);
-    d.joints.push_back(joint);
-  };
-  add(1, 0, {hinge(random.unit(), random.vector()), slide(random.unit()), hinge(random.unit())});
-  add(0, 2, {slide(random.unit())}, true);  // body 2 moves
-  add(3, 2, {}, true);
-  add(4, 5, {hinge(random.unit())});  // on a body that keeps its velocity
-  d.joints[0].dofs[0].armature = 0.3;
-  return std::make_shared<const Model>(d);
+  return std::make_shared<const Model>(odd_trees(random));
 }
 
 std::vector<double> random_q(const Tree& tree, Random& random) {

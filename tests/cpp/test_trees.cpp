@@ -17,7 +17,6 @@ using namespace joint_scene;
 
 namespace {
 
-// A floating base, chains of mixed dofs, a ball, a joint whose B hangs on its A, and a driven body.
 struct OddTrees {
   Random random;
   std::shared_ptr<const Model> model;
@@ -30,24 +29,11 @@ struct OddTrees {
   mutable TreeMemory memory;
 
   OddTrees() {
-    ModelDescription d;
+    ModelDescription d = odd_trees(random);
     d.trees = Trees::automatic;
-    for (int i = 0; i < 6; ++i) d.bodies.push_back(odd_body(random, random.transform()));
-    d.bodies[5].motion = Motion::kinematic;
     // Bodies without a joint before them: their centre moves straight at constant rates, here also their
     // origin, whose velocity the other coordinates have.
     d.bodies[0].centre_of_mass = d.bodies[5].centre_of_mass = {};
-    const auto add = [&](Index a, Index b, std::vector<Dof> dofs, bool ball = false) {
-      Joint joint = joint_of(a, b, std::move(dofs), ball);
-      joint.frame_a = random.transform(0.5);
-      joint.frame_b = random.transform(0.5);
-      d.joints.push_back(joint);
-    };
-    add(1, 0, {hinge(random.unit(), random.vector()), slide(random.unit()), hinge(random.unit())});
-    add(0, 2, {slide(random.unit())}, true);  // body 2 moves
-    add(3, 2, {}, true);
-    add(4, 5, {hinge(random.unit())});  // on a body that keeps its velocity
-    d.joints[0].dofs[0].armature = 0.3;
     model = std::make_shared<const Model>(d);
     tree = std::make_unique<const Tree>(model);
     state = initial_state(*model);

@@ -1,4 +1,4 @@
-// Many simulations at once. The thread sanitizer runs this too.
+// Many simulations at once.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -77,7 +77,7 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
 
 // Breaks when a world gets the controls or the rows of another one, or its bits depend on the threads: the
 // reference is a plain loop.
-TEST(worlds_are_as_alone) {
+TEST(worlds_on_threads_are_as_alone) {
   const auto model = driven_box();
   const Tree tree(model);
   constexpr std::size_t count = 5;
@@ -106,7 +106,7 @@ TEST(worlds_are_as_alone) {
 
 // Breaks when a world that cannot go on stops the others, is not told of, or leaves rows that look like a
 // motion.
-TEST(a_world_that_fails) {
+TEST(a_world_that_fails_on_a_thread) {
   const auto model = driven_box();
   const Tree tree(model);
   std::vector<double> controls = efforts(3);
@@ -122,7 +122,7 @@ TEST(a_world_that_fails) {
 
 // Breaks when a step from a changed state has other bits on another thread or after another one, or when an
 // entry is not the one that was named: the motor is a load on the pusher along x, rates are entries of it.
-TEST(steps_from_changed_states) {
+TEST(steps_by_threads_from_changed_states) {
   const auto model = driven_box();
   Simulation before(model, {});
   for (int k = 0; k < 3; ++k) before.step();
@@ -152,7 +152,7 @@ TEST(steps_from_changed_states) {
 }
 
 // Breaks when worlds go on after the caller was told to stop.
-TEST(worlds_stop) {
+TEST(threads_of_worlds_stop) {
   const auto model = driven_box();
   const Tree tree(model);
   const auto worlds = make_worlds(model, 2);

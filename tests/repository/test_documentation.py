@@ -5,11 +5,13 @@ import os
 import re
 import runpy
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import amontons
 import check_docs
 import gallery
+import notebooks
 import pytest
 import recipes
 from amontons import scenes
@@ -21,6 +23,13 @@ DOCUMENTS = [
     page.relative_to(ROOT)
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     if check_docs.python_blocks(page)
+]
+# The pages of notebooks run as such (test_notebooks.py), where there is a kernel.
+NOTEBOOKS = {page.relative_to(ROOT) for page in notebooks.pages()}
+HERE = [
+    page
+    for page in DOCUMENTS
+    if page not in NOTEBOOKS or not (find_spec("nbclient") and find_spec("ipykernel"))
 ]
 # Those that must, so that a slip of the pattern does not go unseen.
 ESSENTIAL = {
@@ -46,7 +55,7 @@ def test_documents_have_blocks():
 
 
 # Breaks when an example of a document no longer runs. Its blocks share one namespace, in order.
-@pytest.mark.parametrize("document", DOCUMENTS, ids=str)
+@pytest.mark.parametrize("document", HERE, ids=str)
 def test_blocks_run(root, tmp_path, monkeypatch, document):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     # Examples name files relative to the repository and write beside them: run them in a copy of its outline.

@@ -67,9 +67,16 @@ class Parts:
         return {name: getattr(self, name) for name in Parts.__annotations__}
 
 
-LISTS: dict[type, str] = {get_args(kind)[0]: name for name, kind in list(get_type_hints(Parts).items())[:13]}
+LISTS: dict[type, str] = {
+    get_args(kind)[0]: name
+    for name, kind in get_type_hints(Parts).items()
+    if name not in ("excluded_bodies", "excluded_geoms", "unread")
+}
 """Parts that may be added, and their lists in `Parts` and `Model`."""
-NAMED = {kind.__name__.lower(): name for kind, name in list(LISTS.items())[:9]}
+NAMED = {
+    kind.__name__.lower(): LISTS[kind]
+    for kind in (Body, Geom, Joint, Coupling, Site, Sensor, Tendon, Actuator, Link)
+}
 """Kinds of parts with names of their own, and their lists."""
 
 
