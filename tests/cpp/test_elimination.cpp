@@ -170,6 +170,51 @@ TEST(quasidefinite_factor_solves) {
   for (const auto& joints : {chain, tree, apart}) CHECK(BlockSystem(5, joints, 1e-14).error() <= 1e-9);
 }
 
+// Three light bodies, each on a tree of two nodes by four rows. On the body alone they depend on each other:
+// the fourth is the sum of the others. Breaks when a joint comes before coordinates of its tree. Its pivot is
+// then the rounding of the body's part, 1e-16 (300)^2, in place of what the tree adds, which is of order 1.
+TEST(a_joint_on_a_tree_waits_for_its_coordinates) {
+  using Node = QuasidefiniteFactor::Node;
+  constexpr std::size_t bodies = 3, joints = 3, first = bodies + 2, m = 6 * (first + joints), rows = 4;
+  std::vector<Node> kinds(bodies, Node::body);
+  kinds.insert(kinds.end(), 2, Node::coordinates);
+  kinds.insert(kinds.end(), joints, Node::joint);
+  std::vector<QuasidefiniteFactor::Edge> edges;
+  for (std::size_t j = 0; j < joints; ++j)
+    for (const std::size_t node : {j, bodies, bodies + 1})
+      edges.push_back({static_cast<Index>(first + j), static_cast<Index>(node)});
+  QuasidefiniteFactor factor;
+  factor.analyse(kinds, edges);
+  factor.clear();
+  Vector dense(m * m, 0.0);
+  for (std::size_t k = 0; k < m; ++k) dense[(m + 1) * k] = k < 6 * first ? 1 : k % 6 < rows ? 0 : -1;
+  for (std::size_t j = 0; j < joints; ++j)
+    for (std::size_t k = 0; k < rows; ++k) factor.diagonal(first + j)[7 * k] = 0;
+  small::Random random(3);
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    for (std::size_t c = 0; c < 6; ++c) {
+      const bool light = e % 3 == 0;
+      double sum = 0;
+      for (std::size_t r = 0; r < rows; ++r) {
+        const double value = light && r == rows - 1 ? sum : (light ? 300 : 1) * random.normal();
+        sum += value;
+        const std::size_t row = 6 * edges[e].a + r, column = 6 * edges[e].b + c;
+        dense[m * row + column] = dense[m * column + row] = value;
+        factor.block(e)[factor.a_first(e) ? 6 * r + c : 6 * c + r] = value;
+      }
+    }
+  CHECK(factor.factor());
+  const Vector r = random.vector(m), expected = solve_dense(dense, r);
+  Vector z(m);
+  const auto place = [&](std::size_t node) { return 6 * static_cast<std::size_t>(factor.position(node)); };
+  for (std::size_t i = 0; i < kinds.size(); ++i) std::copy_n(&r[6 * i], 6, &z[place(i)]);
+  factor.forward(z.data());
+  factor.backward(z.data());
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    for (std::size_t k = 0; k < 6; ++k)
+      CHECK_NEAR(z[place(i) + k], expected[6 * i + k], 1e-9 * largest(expected));
+}
+
 // Breaks when the order fills a tree in: the work on a chain of n bodies must be linear in n.
 TEST(trees_take_linear_work) {
   const auto work = [](Index bodies) {
