@@ -89,6 +89,14 @@ double effective_inverse_mass(const Bodies& bodies, const ContactGeometry& c, co
 
 }  // namespace
 
+void ContactBasis::turn_to(const Vec3& direction) {
+  const Vec3 along = direction - dot(direction, normal) * normal;
+  const double size = norm(along);
+  if (!(size > 1e-9 * norm(direction))) return;
+  tangent_1 = along / size;
+  tangent_2 = cross(normal, tangent_1);
+}
+
 bool Bodies::moves(Index body) const {
   if (body < 0) return false;
   const auto& inertia = inverse_inertia[body];
