@@ -7,8 +7,7 @@
 - Every make target that a document names in code exists.
 - Every command `amontons ...` exists, with the options that are given to it.
 - Every source file that a document names in code, or a comment of a C++ source, exists (X is any name).
-- Every page of docs/ is in the menu of the site (`mkdocs.yml`), every public name in its reference.
-- No file holds the markers of a merge that was not finished.
+- Every public name is in the reference of the site.
 - Equations are numbered in order, and every one that a source cites, as docs/algorithm.md (3), is there.
 """
 
@@ -177,16 +176,6 @@ def check_files(root: Path) -> Iterator[str]:
                 yield f"{file.relative_to(root)}: there is no file {name}"
 
 
-def check_menu(root: Path) -> Iterator[str]:
-    menu = root / "mkdocs.yml"
-    if not menu.exists():
-        return
-    pages = set(re.findall(r"[\w/-]+\.md", menu.read_text()))
-    for page in documents(root / "docs"):
-        if str(page.relative_to(root / "docs")) not in pages:
-            yield f"{page.relative_to(root)}: not in the menu of the site; add it to nav in mkdocs.yml"
-
-
 def check_reference(root: Path) -> Iterator[str]:
     texts = [page.read_text() for page in (root / "docs" / "reference").glob("*.md")]
     shown = {name for text in texts for name in re.findall(r"^::: (amontons\S*)", text, re.MULTILINE)}
@@ -213,14 +202,6 @@ def check_equations(root: Path) -> Iterator[str]:
                     yield f"{file.relative_to(root)}: there is no equation ({number}) in docs/{name}"
 
 
-def check_merges(root: Path) -> Iterator[str]:
-    for file in files(root, ".md", ".py", ".cpp", ".hpp", ".yml", ".toml", ".csv"):
-        lines = file.read_text(errors="replace").split("\n")
-        for number, line in enumerate(lines, 1):
-            if line.startswith(("<" * 7 + " ", ">" * 7 + " ")):
-                yield f"{file.relative_to(root)}:{number}: a merge was not finished; choose one of both texts"
-
-
 def python_blocks(file: Path) -> list[tuple[int, str]]:
     """(line, source) of the fenced Python blocks of a Markdown file."""
     text = file.read_text()
@@ -235,10 +216,8 @@ def faults(root: Path) -> list[str]:
         check_commands,
         check_files,
         check_names,
-        check_menu,
         check_reference,
         check_equations,
-        check_merges,
     )
     return [fault for check in checks for fault in check(root)]
 

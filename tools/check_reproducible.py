@@ -1,15 +1,11 @@
 """Makes the wheel twice, from copies of the sources in two folders, and compares the files.
 
     .venv/bin/python tools/check_reproducible.py [--keep]
-    .venv/bin/python tools/check_reproducible.py --again dist/WHEEL --headers PYTHON [--jobs N]
 
 Prints the SHA-256 of both; exit status 1 and the members that differ if they are not the same. Two full
 compilations: minutes of processor time each. The compiler is $CXX or c++; caches of compilers are off. With
 --keep the folder build/reproducible stays. Between two machines the compiler may differ: its name and version
 are in the bill of materials of the wheel.
-
-With --again, the module of a wheel of `make wheels` is compiled once more, for the system of that wheel, and
-takes its place; PYTHON is the interpreter whose headers `make wheels` used. One compilation.
 """
 
 from __future__ import annotations
@@ -23,11 +19,6 @@ import sys
 import tarfile
 import zipfile
 from pathlib import Path
-
-from cross_build import build, headers_of, zig_program
-from inspect_wheel import wheel_of
-from pack_wheel import pack
-from wheel_tables import clang_version
 
 ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / "build" / "reproducible"
@@ -61,22 +52,6 @@ def wheel(name: str) -> Path:
     return next((WORK / name).glob("*.whl"))
 
 
-def wheel_again(made: Path, interpreter: str, jobs: int) -> Path:
-    """A wheel of another system whose module is compiled again, in another folder."""
-    found = wheel_of(made.name)
-    if found is None:
-        sys.exit(f"amontons: {made.name} is no wheel of make wheels")
-    python, target = found
-    os.environ["CCACHE_DISABLE"] = "1"
-    zig = zig_program(str(ROOT / "build" / "wheel" / "zig" / "bin" / "python"))
-    built = build(
-        target, [f"_core_{python}"], {python: headers_of(interpreter)}, zig=zig, source=source("again"),
-        jobs=jobs, folder=WORK / "objects",
-    )  # fmt: skip
-    module = (built / python / "_core.built").read_bytes()
-    return pack(made, module, target, python, WORK, f"Clang {clang_version(zig)}")
-
-
 def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
@@ -107,15 +82,9 @@ def compare(first: Path, second: Path) -> int:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--keep", action="store_true")
-    parser.add_argument("--again", type=Path, metavar="WHEEL")
-    parser.add_argument("--headers", default=sys.executable, metavar="PYTHON")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 2)
     given = parser.parse_args()
     shutil.rmtree(WORK, ignore_errors=True)
-    if given.again:
-        status = compare(given.again, wheel_again(given.again, given.headers, given.jobs))
-    else:
-        status = compare(wheel("first"), wheel("the-second-folder"))
+    status = compare(wheel("first"), wheel("the-second-folder"))
     if not given.keep:
         shutil.rmtree(WORK)
     return status

@@ -2,7 +2,6 @@
 
     python tools/check_words.py                      prints part x measure; fails above the limits
     python tools/check_words.py --list PART MEASURE  prints file:line of every hit
-    python tools/check_words.py --at REVISION        counts an older revision of git; no limits
     python tools/check_words.py --lower              lowers the limits to the counts
 
 Parts: comments of the C++ core and of the bindings; comments, docstrings and help of commands of the package;
@@ -17,14 +16,10 @@ table cell.
 
 import argparse
 import csv
-import io
 import re
-import subprocess
 import sys
-import tarfile
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from prose import sentences
@@ -111,24 +106,14 @@ def faults(counts: dict[str, dict[str, int]], limits: dict[str, dict[str, int]])
                 )
 
 
-def at(revision: str) -> dict[str, dict[str, list[Hit]]]:
-    """The measures of a revision of this repository."""
-    command = ["git", "-C", str(ROOT), "archive", "--format=tar", revision]
-    archive = subprocess.run(command, capture_output=True, check=True).stdout
-    with TemporaryDirectory() as folder, tarfile.open(fileobj=io.BytesIO(archive)) as tar:
-        tar.extractall(folder, filter="data")
-        return measure(Path(folder))
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--list", nargs=2, metavar=("PART", "MEASURE"), help="print the hits")
-    parser.add_argument("--at", metavar="REVISION", help="count a revision of git")
     parser.add_argument("--lower", action="store_true", help="lower the limits to the counts")
     options = parser.parse_args()
-    table = at(options.at) if options.at else measure(ROOT)
+    table = measure(ROOT)
     if options.list:
         part, kind = options.list
         if part not in table or kind not in table[part]:
@@ -138,12 +123,12 @@ def main() -> int:
     counts = {part: {kind: len(found) for kind, found in row.items()} for part, row in table.items()}
     if options.lower:
         lower(ROOT / LIMITS, counts)
-    limits = {} if options.at else read_limits(ROOT / LIMITS)
+    limits = read_limits(ROOT / LIMITS)
     for part, row in counts.items():
-        cells = (f"{k} {n}" + (f" (at most {limits[part][k]})" if limits else "") for k, n in row.items())
+        cells = (f"{k} {n} (at most {limits[part][k]})" for k, n in row.items())
         print(f"{part:10}", *(f"{cell:24}" for cell in cells))
-    found = list(faults(counts, limits)) if limits else []
-    print("\n".join(found) if found else "words hold" if limits else "")
+    found = list(faults(counts, limits))
+    print("\n".join(found) if found else "words hold")
     return bool(found)
 
 

@@ -1,6 +1,8 @@
 #include "check.hpp"
 
 #include <cstdio>
+#include <filesystem>
+#include <iterator>
 
 namespace check {
 
@@ -55,22 +57,38 @@ void fail_to_throw(const char* what, std::string_view substring, const char* tex
              "\"");
 }
 
+// Threads of this program, waiting ones too; 0 where the system has no such list.
+static std::ptrdiff_t threads() {
+  std::error_code none;
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task", none), {});
+}
+
+static void run(const Test& test, bool threaded) {
+  const std::ptrdiff_t before = threads();
+  try {
+    test.run();
+  } catch (const std::exception& error) {
+    fail(test.file, 0, std::string("unexpected exception: ") + error.what());
+  }
+  if (!threaded && threads() > before)
+    fail(test.file, 0, "starts threads: put \"thread\" into the name of the test or of its file");
+}
+
 }  // namespace check
 
 int main(int argc, char** argv) {
   int passes = 0, failures = 0;
-  for (const check::Test* test = check::first; test; test = test->next) {
-    const std::string title = check::title(*test);
-    if (!check::selected(title, argc, argv)) continue;
-    check::failed = false;
-    try {
-      test->run();
-    } catch (const std::exception& error) {
-      check::fail(test->file, 0, std::string("unexpected exception: ") + error.what());
+  // The thread sanitizer runs the tests with "thread" in their titles. They come last here, as pools of
+  // threads stay.
+  for (const bool threaded : {false, true})
+    for (const check::Test* test = check::first; test; test = test->next) {
+      const std::string title = check::title(*test);
+      if (!check::selected(title, argc, argv) || threaded != (title.find("thread") != title.npos)) continue;
+      check::failed = false;
+      check::run(*test, threaded);
+      if (check::failed) std::fprintf(stderr, "FAILED %s\n", title.c_str());
+      ++(check::failed ? failures : passes);
     }
-    if (check::failed) std::fprintf(stderr, "FAILED %s\n", title.c_str());
-    ++(check::failed ? failures : passes);
-  }
   std::printf("%d passed, %d failed\n", passes, failures);
   // A name that selects nothing is a mistake, not a success.
   return failures > 0 || passes == 0 ? 1 : 0;

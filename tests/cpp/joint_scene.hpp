@@ -11,6 +11,7 @@
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/joint_context.hpp"
+#include "vectors.hpp"
 
 // Small mechanisms for the tests of joints, stepped with dense matrices that are put together here from the
 // rows.
@@ -182,31 +183,15 @@ struct Scene {
       }
     return A;
   }
-  // The impulses of the VI: Cholesky's factorisation where all rows are free, else projected Gauss-Seidel.
+  // The impulses of the VI: by elimination where all rows are free, else projected Gauss-Seidel.
   std::vector<double> solve() const {
     const std::size_t m = rows.jacobian.size();
     std::vector<double> A = dense(), x(m);
     std::vector<double> b(m);
     for (std::size_t i = 0; i < m; ++i) b[i] = row_velocity(i, free) + rows.c[i];
     if (rows.cones.all_bilateral()) {
-      for (std::size_t j = 0; j < m; ++j) {
-        for (std::size_t k = 0; k < j; ++k) A[j * m + j] -= A[j * m + k] * A[j * m + k];
-        A[j * m + j] = std::sqrt(A[j * m + j]);
-        for (std::size_t i = j + 1; i < m; ++i) {
-          for (std::size_t k = 0; k < j; ++k) A[i * m + j] -= A[i * m + k] * A[j * m + k];
-          A[i * m + j] /= A[j * m + j];
-        }
-      }
-      for (std::size_t i = 0; i < m; ++i) {
-        x[i] = -b[i];
-        for (std::size_t k = 0; k < i; ++k) x[i] -= A[i * m + k] * x[k];
-        x[i] /= A[i * m + i];
-      }
-      for (std::size_t i = m; i-- > 0;) {
-        for (std::size_t k = i + 1; k < m; ++k) x[i] -= A[k * m + i] * x[k];
-        x[i] /= A[i * m + i];
-      }
-      return x;
+      for (double& v : b) v = -v;
+      return small::solve_dense(std::move(A), std::move(b));
     }
     for (int sweep = 0; sweep < 100000; ++sweep) {
       double change = 0, size = 0;

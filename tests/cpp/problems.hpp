@@ -9,12 +9,12 @@
 #include "amontons/base/budget.hpp"
 #include "amontons/problem/problem.hpp"
 #include "random.hpp"
+#include "vectors.hpp"
 
 // Small problems for the tests, each with what makes it hard.
 namespace small {
 
 using namespace amontons;
-using Vector = std::vector<double>;
 
 // For methods that are called directly.
 inline Budget no_limit;

@@ -61,34 +61,12 @@ struct BlockMatrix {
   }
 };
 
-// x of A x = b by dense Cholesky, the oracle.
-Vector dense_solve(Vector A, Vector b) {
-  const std::size_t n = b.size();
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t k = 0; k < j; ++k) A[j * n + j] -= A[j * n + k] * A[j * n + k];
-    A[j * n + j] = std::sqrt(A[j * n + j]);
-    for (std::size_t i = j + 1; i < n; ++i) {
-      for (std::size_t k = 0; k < j; ++k) A[i * n + j] -= A[i * n + k] * A[j * n + k];
-      A[i * n + j] /= A[j * n + j];
-    }
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < i; ++k) b[i] -= A[i * n + k] * b[k];
-    b[i] /= A[i * n + i];
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t k = i + 1; k < n; ++k) b[i] -= A[k * n + i] * b[k];
-    b[i] /= A[i * n + i];
-  }
-  return b;
-}
-
 void compare(const BlockMatrix& matrix, BlockCholesky& factor, unsigned seed) {
   matrix.assemble(factor);
   CHECK(factor.rows() == matrix.m);
   CHECK(factor.factor() == 0);
   for (unsigned k = 0; k < 2; ++k) {
-    const Vector b = small::Random(seed + k).vector(matrix.m), expected = dense_solve(matrix.A, b);
+    const Vector b = small::Random(seed + k).vector(matrix.m), expected = small::solve_dense(matrix.A, b);
     Vector x = b;
     factor.solve(x);
     double scale = 0;

@@ -97,7 +97,7 @@ TEST(threads_find_random_mixes_as_brute_force) {
 
 // Breaks when balls that touch are taken for apart, others for near, or those without a bound for small ones;
 // when balls that approach are, or those that move side by side or away are taken for near.
-TEST(balls_as_brute_force) {
+TEST(threads_find_balls_as_brute_force) {
   for (double share : {0.1, 0.3, 0.6}) {
     std::size_t before = 0;
     for (double haste : {0.0, 0.6}) {
@@ -126,7 +126,7 @@ TEST(balls_as_brute_force) {
 
 // Groups of fixed boxes meet only those that move. Fails if a pair is lost where only the later of two groups
 // holds a box that moves, or only one leaf of a group.
-TEST(few_boxes_move_among_fixed_ones) {
+TEST(threads_find_few_boxes_that_move_among_fixed_ones) {
   for (std::size_t one_of : {2, 9, 50, 700}) {
     BroadPhase phase;
     Boxes s = random_mix(1500, 1, 4);

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "amontons/base/isa.hpp"
@@ -9,8 +8,10 @@
 #include "amontons/solvers/first_order/plain_iterate.hpp"
 #include "check.hpp"
 #include "random.hpp"
+#include "vectors.hpp"
 
 using namespace amontons;
+using small::same_bits;
 
 namespace {
 
@@ -112,7 +113,7 @@ void compare_with_plain(const Problem& p, Law law, unsigned threads) {
   const std::vector<double> x0 = random_vector(m);
   double r2 = plain.start(x0);
   check_sum(fast.start(x0), r2);
-  std::vector<double> x(m), u(m), expected(m), Ax(m);
+  std::vector<double> x(m), u(m), expected(m);
   const double alphas[] = {0.3, 0.7, 0.2, 1.1, 0.4, 0.15}, lambdas[] = {1, 0.5, 1, 0.25, 1, 1};
   for (int i = 0; i < 6; ++i) {
     const Direction a = fast.direction(alphas[i]), b = plain.direction(alphas[i]);
@@ -126,9 +127,7 @@ void compare_with_plain(const Problem& p, Law law, unsigned threads) {
     if (i == 2) fast.keep_best(), plain.keep_best();
     // u is what the operator says it is, whatever both iterate do.
     fast.extract(x, u);
-    product(p.A, x, Ax);
-    for (std::size_t k = 0; k < m; ++k) Ax[k] += p.b[k];
-    check_close(u, Ax);
+    check_close(u, small::velocities(p, x));
     const double nat = natural_map(p, law, x, u);
     check_sum(s.residual_squared, nat * nat);
   }
@@ -149,7 +148,7 @@ void compare_momentum_with_plain(const Problem& p, Law law, unsigned threads) {
   PlainIterate<ContactSystem> plain(std::get<ContactSystem>(p.A), p, law);
   const std::size_t m = p.rows();
   const std::vector<double> x0 = random_vector(m);
-  std::vector<double> x(m), u(m), expected(m), Ax(m);
+  std::vector<double> x(m), u(m), expected(m);
   fast.start(x0), plain.start(x0);
   fast.start_momentum(), plain.start_momentum();
   const double alphas[] = {0.3, 0.7, 0.2, 1.1, 0.4, 0.15}, betas[] = {0, 0.5, 0.9, 0, 0.3, 0.6};
@@ -163,9 +162,7 @@ void compare_momentum_with_plain(const Problem& p, Law law, unsigned threads) {
     check_sum(r2, plain.accelerate(betas[i]));
     if (i == 2) fast.keep_best(), plain.keep_best();
     fast.extract(x, u);
-    product(p.A, x, Ax);
-    for (std::size_t k = 0; k < m; ++k) Ax[k] += p.b[k];
-    check_close(u, Ax);
+    check_close(u, small::velocities(p, x));
     const double nat = natural_map(p, law, x, u);
     check_sum(r2, nat * nat);
     if (i == 3) check_sum(fast.refresh_momentum(), plain.refresh_momentum());
@@ -201,10 +198,6 @@ std::vector<double> trace(const Problem& p, Law law, unsigned threads, Isa isa) 
   iterate.extract_best(x);
   out.insert(out.end(), x.begin(), x.end());
   return out;
-}
-
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && (a.empty() || !std::memcmp(a.data(), b.data(), a.size() * sizeof(double)));
 }
 
 constexpr Law laws[] = {Law::associated, Law::coulomb};

@@ -7,7 +7,9 @@
 #include "problems.hpp"
 
 using namespace amontons;
+using small::largest_difference;
 using small::Vector;
+using small::velocities;
 
 namespace {
 
@@ -16,19 +18,6 @@ Vector solution(const Problem& problem, Law law) {
   options.law = law;
   options.tolerance = 1e-13;
   return solve(problem, "auto", options).x;
-}
-
-Vector velocities(const Problem& problem, const Vector& x) {
-  Vector u(x.size());
-  product(problem.A, x, u);
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] += problem.b[i];
-  return u;
-}
-
-double largest_difference(const Vector& a, const Vector& b) {
-  double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
-  return worst;
 }
 
 Problem moved(const Problem& problem, const Vector& change, double by) {

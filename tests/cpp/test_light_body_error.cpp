@@ -34,9 +34,7 @@ Solution heavy_alone(const Problem& problem, double mass) {
   Solution s;
   s.x.assign(problem.rows(), 0);
   s.x[0] = mass;
-  s.u.resize(problem.rows());
-  product(problem.A, s.x, s.u);
-  for (std::size_t i = 0; i < s.u.size(); ++i) s.u[i] += problem.b[i];
+  s.u = small::velocities(problem, s.x);
   s.residual = residual(problem, Law::coulomb, s.x, s.u);
   s.status = Status::converged;
   return s;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -16,6 +15,7 @@
 using namespace amontons;
 using namespace method_case;
 using small::Case;
+using small::same_bits;
 using small::Vector;
 
 namespace {
@@ -48,10 +48,6 @@ void check_solution(const Case& c, std::string_view method, Law law, double tole
   // A method that is a table of phases names the phase that made x, and tells that the asked one ran.
   const auto ran = [&](const PhaseRecord& phase) { return phase.method == method; };
   if (method != "auto") EXPECT(s.method == method || std::any_of(s.phases.begin(), s.phases.end(), ran));
-}
-
-bool same_bits(const Vector& a, const Vector& b) {
-  return a.size() == b.size() && (a.empty() || !std::memcmp(a.data(), b.data(), a.size() * sizeof(double)));
 }
 
 }  // namespace

@@ -19,12 +19,7 @@ std::vector<IterationRecord> spg_of_the_paper(const Problem& p, const SpgOptions
   for_each_block(p.K, [&]<class Set>(const Set&, std::size_t block, std::size_t row) {
     for (int k = 0; k < Set::dim; ++k) P[row + k] = p.P[block];
   });
-  const auto gradient = [&](const Vector& at) {
-    Vector g(m);
-    product(p.A, at, g);
-    for (std::size_t i = 0; i < m; ++i) g[i] += p.b[i];
-    return g;
-  };
+  const auto gradient = [&](const Vector& at) { return small::velocities(p, at); };
   const auto objective = [&](const Vector& at, const Vector& g) {
     double sum = 0;
     for (std::size_t i = 0; i < m; ++i) sum += 0.5 * at[i] * (g[i] + p.b[i]);

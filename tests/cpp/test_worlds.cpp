@@ -1,6 +1,5 @@
 // Many simulations at once.
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -8,8 +7,10 @@
 #include "amontons/multibody/kinematics/motion.hpp"
 #include "amontons/multibody/worlds/worlds.hpp"
 #include "check.hpp"
+#include "vectors.hpp"
 
 using namespace amontons;
+using small::same_bits;
 
 namespace {
 
@@ -67,10 +68,6 @@ std::vector<double> efforts(std::size_t worlds) {
   std::vector<double> out(worlds * records);
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = 30 * std::sin(static_cast<double>(i));
   return out;
-}
-
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && !std::memcmp(a.data(), b.data(), a.size() * sizeof(double));
 }
 
 }  // namespace

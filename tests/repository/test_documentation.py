@@ -114,9 +114,7 @@ def faults_of(root):
         check_docs.check_targets,
         check_docs.check_commands,
         check_docs.check_files,
-        check_docs.check_menu,
         check_docs.check_equations,
-        check_docs.check_merges,
     )
     return [fault for check in checks for fault in check(root)]
 
@@ -146,7 +144,6 @@ def test_gallery_shows_every_scene(root):
         ("see `src/gone.cpp`", "there is no file src/gone.cpp"),
         ("```math\nx \\tag{2}\n```", "equations are numbered 2"),
         ("as in docs/algorithm.md (7)", "no equation (7) in docs/algorithm.md"),
-        ("<" * 7 + " HEAD\na\n", "A.md:1: a merge was not finished"),
     ],
 )
 def test_fault_is_found(tmp_path, text, fault):
@@ -173,17 +170,6 @@ def test_comment_names_a_file_that_exists(tmp_path):
     (tmp_path / "Makefile").write_text("demo: install\n")
     (tmp_path / "a.cpp").write_text('#include "b.hpp"\nint x;  // see lib/gone.isa.cpp and X.hpp\n')
     assert faults_of(tmp_path) == ["a.cpp: there is no file lib/gone.isa.cpp"]
-
-
-# Breaks when a page may be written that no menu of the site leads to.
-def test_page_outside_the_menu_is_found(tmp_path):
-    (tmp_path / "Makefile").write_text("")
-    (tmp_path / "mkdocs.yml").write_text("nav:\n  - Home: index.md\n")
-    (tmp_path / "docs").mkdir()
-    for name in ("index", "lost"):
-        (tmp_path / "docs" / f"{name}.md").write_text("# Page\n")
-    (fault,) = faults_of(tmp_path)
-    assert fault.startswith("docs/lost.md: not in the menu")
 
 
 # Breaks when equations that exist may not be cited.

@@ -41,6 +41,8 @@ def pe(*libraries: bytes, machine: int = 0x8664) -> bytes:
         names += name + b"\0"
     data = rows + b"\0" * 20 + names + b"PyInit__core\0"
     optional = bytearray(240)
+    struct.pack_into("<H", optional, 0, 0x20B)
+    struct.pack_into("<III", optional, 108, 16, 0, 0)
     struct.pack_into("<II", optional, 112 + 8, section, len(data))
     head = bytearray(b"MZ" + b"\0" * 62)
     struct.pack_into("<I", head, 0x3C, 64)

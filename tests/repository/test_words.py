@@ -1,6 +1,5 @@
 """tools/check_words.py finds hard sentences in small planted texts, and passes over what is no sentence."""
 
-import subprocess
 import sys
 
 import check_words
@@ -113,12 +112,3 @@ def test_real_sources(root, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["check_words.py", "--list", "core", "long"])
     assert check_words.main() == 0
     assert capsys.readouterr().out.count("\n") == max(1, len(table["core"]["long"]))
-
-
-# Breaks when the words of an older revision cannot be compared with those of today.
-def test_older_revision(root):
-    if subprocess.run(["git", "-C", root, "rev-parse", "HEAD"], capture_output=True).returncode:
-        pytest.skip("no git history here")
-    then = check_words.at("HEAD")
-    assert then.keys() == check_words.PARTS.keys()
-    assert set(then["core"]) == set(KINDS)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..errors import FileError
-from . import collada, stl_text
 
 SUFFIXES = (".stl", ".obj", ".ply", ".dae")
 Surface = tuple[Array, NDArray[np.int32]]
@@ -30,6 +29,8 @@ def read_triangles(path: Path, part: str = "") -> Surface:
             else "convert it"
         )
         raise FileError(f"{path}: is no {', '.join(SUFFIXES)} file; {remedy}")
+    from . import collada, stl_text
+
     corners = collada.read_triangles(path) if kind == ".dae" else stl_text.read(path)
     if corners is not None and not part:
         points, index = np.unique(corners, axis=0, return_inverse=True)

@@ -63,7 +63,8 @@ def render(
     (240, 320, 3)
     """
     columns, rows = _pixels(size)
-    view = _view(azimuth, elevation, target, width, distance, fixed, forces, collision, joints)
+    shown = fixed, forces, bool(collision), bool(joints)
+    view = View(azimuth, elevation, _place(target), width, distance, *shown)
     picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=bool(forces))
     return picture.draw(frame, picture.framing([frame], columns / rows), columns, rows)
 
@@ -89,7 +90,7 @@ def render_view(
     (240, 320, 3)
     """
     columns, rows = _pixels(size)
-    view = _view(azimuth, elevation, None, None, None, "glass", forces, collision)
+    view = View(azimuth, elevation, forces=forces, collision=bool(collision))
     picture, frame = _picture(_shown(simulation), view), frame_of(simulation, forces=forces)
     framing = picture.framing([frame], columns / rows)
     target = framing.target_in(frame)
@@ -103,19 +104,8 @@ def render_view(
     }
 
 
-def _view(
-    azimuth: float,
-    elevation: float,
-    target: Any,
-    width: float | None,
-    distance: float | None,
-    fixed: str,
-    forces: bool | float,
-    collision: bool,
-    joints: bool = False,
-) -> View:
-    place = target if isinstance(target, str | int | None) else tuple(np.ravel(target).tolist())
-    return View(azimuth, elevation, place, width, distance, fixed, forces, bool(collision), bool(joints))
+def _place(target: Any) -> Any:
+    return target if isinstance(target, str | int | None) else tuple(np.ravel(target).tolist())
 
 
 def _pixels(size: Any) -> tuple[int, int]:

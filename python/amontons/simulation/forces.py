@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,6 @@ from ..problem.problem import Problem
 from .coordinates import degree, entries, read_only
 from .holding import held_by
 from .links import link_reactions
-from .loads import Loads
 from .part import Part
 from .passive import passive_forces_of
 from .step_report import Table
@@ -26,6 +26,9 @@ from .tables import (
     tendon_table,
     tensions_of,
 )
+
+if TYPE_CHECKING:
+    from .loads import Loads
 
 
 @dataclass(frozen=True)
@@ -227,6 +230,8 @@ class Forces(Part):
         Usable as `with simulation.forces.loads() as loads: simulation.run(2.0)`; then `loads.joints` and
         `loads.contacts` have peak, time of the peak, mean, rms and impulse of each component.
         """
+        from .loads import Loads
+
         loads = Loads(self._model)
         loads.watch(self._simulation)
         return loads

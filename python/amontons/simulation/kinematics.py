@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from ..checks import Array, Numbers, Vector3, flag, integer, option, positive, quaternion, sequence, vector3
 from ..errors import InputError
 from ..model.parts import WORLD
-from . import inverse_kinematics as ik
 from .coordinates import degree, entry
 from .links import moving_frames
 from .part import Part
 from .rays import cast_rays, geoms_of
 from .step_report import Table
+
+if TYPE_CHECKING:
+    from . import inverse_kinematics as ik
 
 
 class RayHit(NamedTuple):
@@ -175,6 +177,8 @@ class Kinematics(Part):
 
         Raises InputError naming the site, the coordinate or the argument.
         """
+        from . import inverse_kinematics as ik
+
         body, frame = ik.frame_of(self._model, site)
         if position is None and orientation is None:
             raise InputError("solve_ik needs a position, an orientation or both")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,13 +15,13 @@ from ..checks import Array, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from ..model.variants import same_structure
-from .derivative import cotangent
-from .differences import INPUTS
 from .driving import clipped
 from .processors import usable_cores as usable_cores
 from .simulation import AfterStep, BeforeStep, Simulation
 from .stepping import steps_watched
-from .tape import Gradient, Tape, gradient
+
+if TYPE_CHECKING:
+    from .tape import Gradient, Tape
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,10 @@ class Rollout:
         Each step is one of `Simulation.vjp`, on the faces of its solution. Raises InputError naming
         the argument.
         """
+        from .derivative import cotangent
+        from .differences import INPUTS
+        from .tape import gradient
+
         if self.tape is None:
             raise InputError("the rollout has no tape; give rollout(..., tape=True)")
         if inputs is not None:
@@ -171,6 +175,8 @@ def _mark_failed(course: Course, done: int, failures: list[str], stopped: list[b
 def _tape(rows: Rows, repeat: int, watched: bool) -> Tape:
     if watched:
         raise InputError("tape: functions before and after steps have no derivative; leave them out")
+    from .tape import Tape
+
     return Tape(rows.controls, rows.joint_forces, repeat)
 
 

@@ -18,15 +18,12 @@ from ..guidance import guided
 from ..model.model import Model, no_model
 from ..model.presets import Keyframe
 from ..problem.problem import Problem
-from .analysis import derivative_of_last, linear_model, problem_of_last, vjp_of_last
 from .coordinates import Values, read_only, spread
 from .copies import copied, copied_deeply, pickled, unpickle
-from .derivative import Derivative, StepGradient
 from .driving import checked_controls, put_keyframe, put_start
 from .events import ContactEvents, contact_events
 from .forces import Forces
 from .kinematics import Kinematics
-from .linearise import Linearisation
 from .options import core_options, require_known
 from .own_method import OwnMethod
 from .part import no_attribute
@@ -37,6 +34,10 @@ from .state import State
 from .step_report import Report, Table
 from .stepping import make_step, run
 from .tables import contact_table
+
+if TYPE_CHECKING:
+    from .derivative import Derivative, StepGradient
+    from .linearise import Linearisation
 
 ON_FAILURE = {"warn": None, "raise": None, "ignore": None}
 BeforeStep = Callable[["Simulation"], object]
@@ -373,6 +374,8 @@ class Simulation:
         >>> linear.A.shape, linear.states
         ((2, 2), ('hinge.change', 'hinge.rate'))
         """
+        from .analysis import linear_model
+
         return linear_model(self, inputs, contacts, tolerance, threads)
 
     def derivative(
@@ -397,6 +400,8 @@ class Simulation:
 
         Raises InputError before the first step, or naming the argument; SimulationError if a step fails.
         """
+        from .analysis import derivative_of_last
+
         return derivative_of_last(self, inputs, parameters, tolerance, threads)
 
     def vjp(
@@ -427,6 +432,8 @@ class Simulation:
         >>> round(float(back.qd[0]), 5)  # s: dt, which the rate before lasts
         0.001
         """
+        from .analysis import vjp_of_last
+
         given = {"q": q, "qd": qd, "state": state}
         return vjp_of_last(self, given, inputs, parameters, tolerance, threads)
 
@@ -442,6 +449,8 @@ class Simulation:
         >>> simulation.problem().solve(method="apgd").converged
         True
         """
+        from .analysis import problem_of_last
+
         return problem_of_last(self)
 
     def change_options(self, **options: Any) -> None:

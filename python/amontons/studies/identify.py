@@ -181,7 +181,7 @@ def identify(
     not_identifiable = _not_identifiable(names, slope, start, problem)
     free = np.array([name not in not_identifiable for name in names])
     values = _estimate(problem, start, free, (lower, upper), flag("robust", robust))
-    return _fit(model, names, values, start, free, problem, kept, not_identifiable, threads)
+    return _fit(problem, values, start, free, kept, not_identifiable)
 
 
 def _estimate(
@@ -446,16 +446,14 @@ def _not_identifiable(names: list[str], slope: Array, start: Array, problem: _Pr
 
 
 def _fit(
-    model: Model,
-    names: list[str],
+    problem: _Problem,
     values: Array,
     start: Array,
     free: Array,
-    problem: _Problem,
     kept: _Pieces | None,
     not_identifiable: tuple[str, ...],
-    threads: int | None,
 ) -> Fit:
+    names = problem.names
     residuals = problem.residuals(values)
     slope = problem.jacobian(values)[:, free]
     covariance = np.full((len(names), len(names)), np.inf)
@@ -463,7 +461,7 @@ def _fit(
     covariance[np.ix_(free, free)] = variance * np.linalg.pinv(slope.T @ slope)
     held = before = float("nan")
     if kept is not None:
-        other = _Problem(model, names, kept, threads)
+        other = _Problem(problem.model, names, kept, problem.threads)
         held, before = (float(np.sqrt(np.mean(other.residuals(v) ** 2))) for v in (values, start))
     return Fit(
         tuple(names),
