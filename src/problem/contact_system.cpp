@@ -89,6 +89,14 @@ double effective_inverse_mass(const Bodies& bodies, const ContactGeometry& c, co
 
 }  // namespace
 
+void ContactBasis::turn_to(const Vec3& direction) {
+  const Vec3 along = direction - dot(direction, normal) * normal;
+  const double size = norm(along);
+  if (!(size > 1e-9 * norm(direction))) return;
+  tangent_1 = along / size;
+  tangent_2 = cross(normal, tangent_1);
+}
+
 bool Bodies::moves(Index body) const {
   if (body < 0) return false;
   const auto& inertia = inverse_inertia[body];
@@ -314,24 +322,25 @@ void diagonal_of_trees(const ContactSystem& A, const Linkage& trees, std::span<d
     add(A.compliance[i] + (A.half.whole ? 0 : of_free_bodies(A.jacobian[i])));
 }
 
-// The half rows of n rows of D on the same bodies, one behind the other.
-template <std::size_t n>
-void append_half(const Linkage& trees, const std::array<JacobianRow, n>& rows, HalfRows& half) {
-  static thread_local std::vector<std::array<double, n>> y;
-  static thread_local std::vector<Index> support;
-  y.resize(trees.coordinates());
-  trees.half_solve(rows, y.data(), support);
-  for (std::size_t r = 0; r < n; ++r) {
-    half.coordinate.insert(half.coordinate.end(), support.begin(), support.end());
-    for (const Index k : support) half.value.push_back(y[k][r]);
-    half.first.push_back(half.value.size());
+// The half rows of rows of D on the same bodies, or along one coordinate.
+void append_halves(const Linkage& trees, std::span<const JacobianRow> rows, HalfRows& half) {
+  const std::size_t first = half.coordinate.size();
+  const Linkage::Paths paths = trees.append_paths(rows[0], half.coordinate);
+  half.coordinate.resize(first + rows.size() * paths.size());
+  half.value.resize(half.coordinate.size());
+  const Index* coordinate = half.coordinate.data() + first;
+  std::size_t at = first;
+  for (const JacobianRow& row : rows) {
+    if (at > first) std::copy_n(coordinate, paths.size(), half.coordinate.data() + at);
+    trees.half_solve(row, paths, coordinate, half.value.data() + at);
+    half.first.push_back(at += paths.size());
   }
 }
 
 }  // namespace
 
-// Made with the problem, because P and the matrix of an island both need these rows. The three rows of a
-// contact go the same way to the root: they are made together.
+// Made with the problem, because P and the matrix of an island both need these rows. Rows on the same bodies
+// go the same paths to the root: they are made together.
 void ContactSystem::renew() {
   half.first.clear();
   half.coordinate.clear();
@@ -342,13 +351,18 @@ void ContactSystem::renew() {
   half.first.push_back(0);
   for (const ContactGeometry& c : contacts) {
     const ContactBasis basis(c);
-    const auto row = [&](int k) { return jacobian_row(c, basis, k); };
-    if (c.rows == 3)
-      append_half<3>(trees, {row(0), row(1), row(2)}, half);
-    else
-      for (int k = 0; k < c.rows; ++k) append_half<1>(trees, {row(k)}, half);
+    std::array<JacobianRow, 6> of_contact;
+    for (int k = 0; k < c.rows; ++k) of_contact[static_cast<std::size_t>(k)] = jacobian_row(c, basis, k);
+    append_halves(trees, std::span(of_contact).first(static_cast<std::size_t>(c.rows)), half);
   }
-  for (const JacobianRow& row : jacobian) append_half<1>(trees, {row}, half);
+  for (std::size_t i = 0, end = 0; i < jacobian.size(); i = end) {
+    const auto same_paths = [&](const JacobianRow& row) {
+      return row.coordinate == jacobian[i].coordinate && row.body_a == jacobian[i].body_a &&
+             row.body_b == jacobian[i].body_b;
+    };
+    while (end < jacobian.size() && same_paths(jacobian[end])) ++end;
+    append_halves(trees, std::span(jacobian).subspan(i, end - i), half);
+  }
   const auto of_trees = [&](Index body) { return trees.place_of(body) >= 0 || !bodies.moves(body); };
   const auto reaches_trees = [&](const auto& row) { return of_trees(row.body_a) && of_trees(row.body_b); };
   half.whole = std::all_of(contacts.begin(), contacts.end(), reaches_trees) &&

@@ -1,6 +1,6 @@
 // A tree by its coordinates. Coordinate k moves the bodies beyond it with the twist column[k] per unit rate,
 // on top of the motion of parent[k]. So the velocity of a body is a sum of columns along its way from the
-// root, and impulses on bodies are summed along the same ways towards it. All sums run over one array,
+// root, and impulses on bodies are summed along the same paths towards it. All sums run over one array,
 // because parent[k] < k: downwards in ascending order, upwards in descending order.
 //
 // M couples k with the coordinates on its way to the root and with those beyond it. Row k stores the former:
@@ -139,71 +139,82 @@ void Linkage::move(double* w) const {
   spread(along.data(), w);
 }
 
-// Upwards from both bodies. At a common ancestor the wrenches add. Those of a row between bodies of one tree
-// cancel there.
-template <std::size_t n>
-void Linkage::project(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
-                      std::vector<Index>& support) const {
-  const Index ia = place_of(row[0].body_a), ib = place_of(row[0].body_b);
-  Index a = ia < 0 ? -1 : last[ia], b = ib < 0 ? -1 : last[ib];
-  std::array<Six, n> on_a{}, on_b{};
-  for (std::size_t r = 0; r < n; ++r) {
-    if (a >= 0) on_a[r] = at_reference(row[r].a, arm[ia]);
-    if (b >= 0) on_b[r] = at_reference(row[r].b, arm[ib]);
+Linkage::Paths Linkage::append_paths(const JacobianRow& row, std::vector<Index>& coordinate) const {
+  const auto start = [&](Index i) { return place_of(i) < 0 ? -1 : last[place_of(i)]; };
+  const bool along = row.coordinate >= 0;
+  const Index a = along ? row.coordinate : start(row.body_a), b = along ? -1 : start(row.body_b);
+  // Parents have smaller numbers, so that the larger one cannot be of both.
+  Index of_both = a;
+  for (Index other = b; of_both != other;) {
+    Index& later = of_both > other ? of_both : other;
+    later = parent[later];
   }
-  while (a >= 0 || b >= 0) {
-    if (a == b) {
-      for (std::size_t r = 0; r < n; ++r)
-        for (int c = 0; c < 6; ++c) on_a[r][c] += on_b[r][c];
-      b = -1;
-    }
-    const std::array<Six, n>& on = a > b ? on_a : on_b;
-    Index& k = a > b ? a : b;
-    support.push_back(k);
-    for (std::size_t r = 0; r < n; ++r) y[k][r] = power(column[k], on[r].data());
-    k = parent[k];
-  }
+  const auto append = [&](Index k, Index end) {
+    const std::size_t before = coordinate.size();
+    for (; k != end; k = parent[k]) coordinate.push_back(k);
+    return coordinate.size() - before;
+  };
+  Paths paths;
+  paths.first = append(a, of_both);
+  paths.second = append(b, of_both);
+  paths.both = append(of_both, -1);
+  return paths;
 }
 
-// L^-T carries the entries below to the ancestors: forces between two links of a robot move its base. A row
-// along a coordinate has one entry to begin with. No sum over the bodies beyond it is needed.
+// to[0..n) -= a x[0..n), for few numbers: two at a time, as one vector.
+static void subtract_scaled(double a, const double* __restrict x, std::size_t n, double* __restrict to) {
+  std::size_t i = 0;
+  for (; i + 2 <= n; i += 2) {
+    to[i] -= a * x[i];
+    to[i + 1] -= a * x[i + 1];
+  }
+  if (i < n) to[i] -= a * x[i];
+}
+
+// Where both paths meet, the wrenches add. Those of a row between bodies of one tree cancel there. A row
+// along a coordinate has one entry to begin with: no sum over the bodies beyond it is needed.
 //
-// Rows of one contact go the same way, and share every step on it and every entry of L.
-template <std::size_t n>
-void Linkage::half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
-                         std::vector<Index>& support) const {
-  support.clear();
-  if (n == 1 && row[0].coordinate >= 0) {
-    for (Index k = row[0].coordinate; k >= 0; k = parent[k]) {
-      support.push_back(k);
-      y[k].fill(0);
-    }
-    y[support[0]][0] = row[0].scale;
+// L^-T carries the entries below to the ancestors: forces between two links of a robot move its base. A row
+// of L lies in memory as a path does, but for the coordinates of the other body.
+void Linkage::half_solve(const JacobianRow& row, const Paths& paths, const Index* coordinate,
+                         double* y) const {
+  const std::size_t of_first = paths.first, of_both = paths.first + paths.second, size = paths.size();
+  if (row.coordinate >= 0) {
+    std::fill_n(y, size, 0.0);
+    y[0] = row.scale;
   } else {
-    project(row, y, support);
+    const Index a = place_of(row.body_a), b = place_of(row.body_b);
+    Six on_a{}, on_b{};
+    if (a >= 0) on_a = at_reference(row.a, arm[a]);
+    if (b >= 0) on_b = at_reference(row.b, arm[b]);
+    std::size_t s = 0;
+    for (; s < of_first; ++s) y[s] = power(column[coordinate[s]], on_a.data());
+    for (; s < of_both; ++s) y[s] = power(column[coordinate[s]], on_b.data());
+    for (int c = 0; c < 6; ++c) on_a[c] += on_b[c];
+    for (; s < size; ++s) y[s] = power(column[coordinate[s]], on_a.data());
   }
-  for (const Index k : support) {
+  // Entries between those of the first body and those of both.
+  const std::size_t apart = paths.second > 0 ? of_first : 0;
+  for (std::size_t s = 0; s < size; ++s) {
+    const Index k = coordinate[s];
     const double* L = &rows[first[k]] + 1;
-    std::array<double, n>& own = y[k];
-    for (Index above = parent[k]; above >= 0; above = parent[above], ++L)
-      for (std::size_t r = 0; r < n; ++r) y[above][r] -= *L * own[r];
-    for (double& entry : own) entry *= inverse_root[k];
+    const std::size_t near = (s < apart ? apart : size) - s - 1;
+    subtract_scaled(y[s], L, near, y + s + 1);
+    if (s < apart) subtract_scaled(y[s], L + near, paths.both, y + of_both);
+    y[s] *= inverse_root[k];
   }
 }
-
-template void Linkage::half_solve(const std::array<JacobianRow, 1>&, std::array<double, 1>*,
-                                  std::vector<Index>&) const;
-template void Linkage::half_solve(const std::array<JacobianRow, 3>&, std::array<double, 3>*,
-                                  std::vector<Index>&) const;
 
 // row J M^-1 J' row' = |D^-1/2 L^-T (row J)'|^2.
 double Linkage::inverse_mass(const JacobianRow& row) const {
-  static thread_local std::vector<std::array<double, 1>> y;
-  static thread_local std::vector<Index> support;
-  y.resize(coordinates());
-  half_solve<1>({row}, y.data(), support);
+  static thread_local std::vector<double> y;
+  static thread_local std::vector<Index> coordinate;
+  coordinate.clear();
+  const Paths paths = append_paths(row, coordinate);
+  y.resize(paths.size());
+  half_solve(row, paths, coordinate.data(), y.data());
   double sum = 0;
-  for (const Index k : support) sum += y[k][0] * y[k][0];
+  for (const double entry : y) sum += entry * entry;
   return sum;
 }
 

@@ -1,4 +1,5 @@
 // Trees of the step against the generalised coordinates of kinematics, which share no code with them.
+#include <numeric>
 #include <span>
 
 #include "amontons/multibody/kinematics/closure.hpp"
@@ -98,6 +99,16 @@ TEST(velocities_of_impulses_on_trees_are_those_of_the_mass_matrix) {
   for (const Index i : bodies.body) CHECK_NEAR(norm(there.angular_velocities[i] - v[i].angular), 0, 1e-12);
 }
 
+// The half row of a row of D by coordinate.
+static std::vector<double> half_of(const Linkage& linkage, const JacobianRow& row) {
+  std::vector<Index> coordinate;
+  const Linkage::Paths paths = linkage.append_paths(row, coordinate);
+  std::vector<double> y(coordinate.size()), all(linkage.coordinates());
+  linkage.half_solve(row, paths, coordinate.data(), y.data());
+  for (std::size_t s = 0; s < y.size(); ++s) all[coordinate[s]] += y[s];
+  return all;
+}
+
 // The entries of D M^-1 D' from halves; the second row joins two links of one tree, whose base moves too.
 TEST(half_rows_multiply_to_the_mobility_of_rows) {
   OddTrees t;
@@ -124,28 +135,10 @@ TEST(half_rows_multiply_to_the_mobility_of_rows) {
       for (const auto& [body, j] : {std::pair(a.body_a, a.a), std::pair(a.body_b, a.b)})
         if (place(body) >= 0)
           for (std::size_t c = 0; c < 6; ++c) direct += j[c] * w[6 * place(body) + c];
-      std::vector<std::array<double, 1>> ya(linkage.coordinates()), yb(linkage.coordinates());
-      std::vector<Index> sa, sb;
-      linkage.half_solve<1>({a}, ya.data(), sa);
-      linkage.half_solve<1>({b}, yb.data(), sb);
-      double halves = 0;
-      for (const Index k : sa) halves += ya[k][0] * yb[k][0];
+      const std::vector<double> ya = half_of(linkage, a), yb = half_of(linkage, b);
+      const double halves = std::inner_product(ya.begin(), ya.end(), yb.begin(), 0.0);
       CHECK_NEAR(halves, direct, 1e-12);
     }
-  // Rows of a contact, made together, are those made one by one, to the bit.
-  for (const JacobianRow& a : rows) {
-    const std::array<JacobianRow, 3> three{
-        {a, {a.body_a, a.body_b, wrench(), wrench()}, {a.body_a, a.body_b, wrench(), wrench()}}};
-    std::vector<std::array<double, 3>> y(linkage.coordinates());
-    std::vector<Index> support, same;
-    linkage.half_solve(three, y.data(), support);
-    for (std::size_t r = 0; r < 3; ++r) {
-      std::vector<std::array<double, 1>> alone(linkage.coordinates());
-      linkage.half_solve<1>({three[r]}, alone.data(), same);
-      CHECK(same == support);
-      for (const Index k : support) CHECK(alone[k][0] == y[k][r]);
-    }
-  }
 }
 
 // A row along a coordinate starts there, without the columns between its bodies and the root. Breaks when a
@@ -163,12 +156,9 @@ TEST(half_rows_along_a_coordinate_are_those_of_their_bodies) {
       CHECK(along.coordinate >= 0);
       JacobianRow row = along;
       row.coordinate = -1;
-      std::vector<std::array<double, 1>> y(linkage.coordinates()), same(linkage.coordinates());
-      std::vector<Index> support, reached;
-      linkage.half_solve<1>({row}, y.data(), reached);
-      linkage.half_solve<1>({along}, same.data(), support);
+      const std::vector<double> y = half_of(linkage, row), same = half_of(linkage, along);
       // The bodies' way to the root may begin beyond the coordinate; what is there cancels.
-      for (const Index k : reached) CHECK_NEAR(same[k][0], y[k][0], 1e-12);
+      for (std::size_t k = 0; k < y.size(); ++k) CHECK_NEAR(same[k], y[k], 1e-12);
       CHECK_NEAR(linkage.inverse_mass(along), linkage.inverse_mass(row), 1e-12);
     }
   CHECK(count == 5);

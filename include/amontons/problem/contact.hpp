@@ -89,12 +89,7 @@ struct ContactBasis {
   }
   // The first tangent is along `direction`, unless that is zero or parallel to the normal.
   ContactBasis(const Vec3& n, const Vec3& direction) : ContactBasis(n) {
-    if (direction == Vec3{}) return;
-    const Vec3 along = direction - dot(direction, n) * n;
-    const double size = norm(along);
-    if (!(size > 1e-9 * norm(direction))) return;
-    tangent_1 = along / size;
-    tangent_2 = cross(normal, tangent_1);
+    if (!(direction == Vec3{})) turn_to(direction);
   }
   explicit ContactBasis(const ContactGeometry& c) : ContactBasis(c.normal, c.direction) {}
 
@@ -106,6 +101,10 @@ struct ContactBasis {
     x[2] = dot(tangent_2, v);
   }
   const Vec3& axis(int k) const { return k == 0 ? normal : k == 1 ? tangent_1 : tangent_2; }
+
+ private:
+  // Not inline: few contacts have a direction, and every pass over contacts makes their frames.
+  void turn_to(const Vec3& direction);
 };
 
 // Row k of a contact: its axis, and whether it is a moment about that axis.

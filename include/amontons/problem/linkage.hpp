@@ -60,12 +60,17 @@ struct Linkage {
   void solve(double* along) const;
   // J M^-1 J' in place.
   void move(double* w) const;
-  // The nonzeros of y = D^-1/2 L^-T (row J)' for n rows of D on the same bodies, n = 1 or 3. D M^-1 D' has
-  // the entries y_i'y_j. `support` receives the coordinates with an entry, descending; other entries of y, n
-  // per coordinate, stay.
-  template <std::size_t n>
-  void half_solve(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
-                  std::vector<Index>& support) const;
+  // The coordinates that a row of D moves, towards the root: `first` on the path from its body A alone,
+  // `second` on that from B alone, then `both` on both.
+  struct Paths {
+    std::size_t first = 0, second = 0, both = 0;
+    std::size_t size() const { return first + second + both; }
+  };
+  // Appends the coordinates.
+  Paths append_paths(const JacobianRow& row, std::vector<Index>& coordinate) const;
+  // y = D^-1/2 L^-T (row J)', an entry per coordinate of its paths. D M^-1 D' has the entries y_i'y_j. All
+  // rows on the same bodies have the same paths, as those along one coordinate.
+  void half_solve(const JacobianRow& row, const Paths& paths, const Index* coordinate, double* y) const;
   // The part of trees in D M^-1 D' of a row, |y|^2, and the row without bodies of trees.
   double inverse_mass(const JacobianRow& row) const;
   JacobianRow without_trees(JacobianRow row) const {
@@ -73,12 +78,6 @@ struct Linkage {
     if (place_of(row.body_b) >= 0) row.body_b = world;
     return row;
   }
-
- private:
-  // The nonzeros of (row J)', and where they are.
-  template <std::size_t n>
-  void project(const std::array<JacobianRow, n>& row, std::array<double, n>* y,
-               std::vector<Index>& support) const;
 };
 
 }  // namespace amontons

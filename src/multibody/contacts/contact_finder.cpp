@@ -188,7 +188,7 @@ void ContactFinder::visit(const Reach& reach, std::span<const IndexPair> pairs,
 // A point counts if it is within the margin now, or at the end of the step with the free velocities. Both are
 // needed: a body at rest has no velocity that shows the contact, a flying one no gap that does.
 void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const {
-  auto& [points, contacts, kept, _1, _2, _3] = part;
+  auto& [points, contacts, kept, _1, _2] = part;
   const auto all = [](Index, Index) { return true; };
   contacts.clear();
   kept.clear();

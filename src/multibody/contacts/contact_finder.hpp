@@ -35,15 +35,10 @@ class ContactFinder {
   void find_fixed(const Reach& reach, std::vector<Contact>& contacts);
   // Bodies asleep that the searches of this step found in reach of others.
   const std::vector<Index>& disturbed() const { return disturbed_; }
-  // Where a contact touches in the middle of the step that v leads through.
-  struct Middle {
-    std::size_t contact;
-    Index body_a, body_b;
-    Vec3 normal, r_a, r_b, surface_velocity;
-  };
-  // Pairs that turn have one. The contact is the only one of its pair, or one of a rim.
-  using Middles = std::vector<Middle>;
-  const Middles& find_middles(const Reach& reach, const std::vector<Contact>& contacts);
+  // The terms of b (m/s, in the rows of each contact) of points that turn within the step that v leads
+  // through; zero below `least`. The only contact of its pair has one, and each of a rim.
+  void find_turns(const Reach& reach, const std::vector<Contact>& contacts, double least,
+                  std::vector<Vec3>& turns);
 
  private:
   // Results of one part of a search, and the memory of the thread that makes them.
@@ -51,7 +46,6 @@ class ContactFinder {
     std::vector<ContactPoint> points;
     std::vector<Contact> contacts;
     StandingPairs::Kept kept;
-    Middles middles;
     std::vector<std::size_t> deep;  // places in by_pair_ of pairs that overlap
     std::vector<std::optional<ContactPoint>> matched;
   };
@@ -91,11 +85,10 @@ class ContactFinder {
   // Contacts of those of the pairs that meet within the margin now or at the end of the step; and of those
   // that stand, for the next search. The pairs ascend.
   void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
-  // Adds the middles of one pair; tells whether the pair overlaps in later poses.
-  void add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
-                   const std::vector<Contact>& contacts, Part& part) const;
-  void add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
-                           const std::vector<Contact>& contacts, Part& part) const;
+  // Sets the turns of the contacts of one pair; tells whether the pair overlaps in later poses.
+  void turn_pair(const Later& half, double least, std::span<const PairKey> keys,
+                 const std::vector<Contact>& contacts, Part& part, std::vector<Vec3>& turns) const;
+  Vec3 turn_of_balls(const Later& half, double least, const Contact& contact) const;
   bool overlap(const Later& later, double allowance, std::span<const PairKey> keys,
                const std::vector<Contact>& contacts, std::vector<ContactPoint>& points) const;
   // Ascending pairs, among which are all that may meet.
@@ -125,7 +118,6 @@ class ContactFinder {
   std::vector<PairKey> by_pair_;
   std::vector<Contact> found_;
   std::vector<Index> disturbed_;
-  Middles middles_;
   InternalEdges edges_;
   RedundantPoints redundant_;
 };

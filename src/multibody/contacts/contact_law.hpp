@@ -28,7 +28,7 @@ void append_set(const Contact& contact, SetProduct& K);
 // point relative to B's, at the stored arms of the contact. It is linear in v as the rows are. `Point` is a
 // Contact, or has those of its members.
 template <class Point>
-ContactImpulse relative_motion(const Point& c, const BodyVelocities& v) {
+inline ContactImpulse relative_motion(const Point& c, const BodyVelocities& v) {
   ContactImpulse u{v[c.body_a].linear + cross(v[c.body_a].angular, c.r_a) + c.surface_velocity,
                    v[c.body_a].angular};
   if (c.body_b >= 0) {

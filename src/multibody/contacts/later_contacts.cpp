@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "amontons/base/elementary.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/contacts/policy.hpp"
@@ -49,6 +50,38 @@ void for_each_pair(std::span<const PairKey> keys, std::size_t first, std::size_t
   }
 }
 
+// A contact where it touches in the middle of the step.
+struct Middle {
+  Index body_a, body_b;
+  Vec3 normal, r_a, r_b, surface_velocity;
+};
+
+// The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
+// the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
+// symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each point is followed. For
+// other pairs with several points it is unknown which of them stay.
+//
+// If a normal turns far in half a step, the body only passes by.
+//
+// The formula below is Rodrigues', with sine and cosine from the two unit normals: the axis is a over its
+// length |a| = sin, and (1 - cos) / sin^2 = 1 / (1 + cos). No angle is needed, and none of its small digits
+// is lost.
+Vec3 turn_of(const Contact& c, const Middle& middle, const BodyVelocities& v, double least) {
+  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
+  // [a]x + [a]x^2 / (1 + <m, n>).
+  static const double most = elementary::sin(resolved_turn);
+  const Vec3 axis = cross(middle.normal, c.normal);
+  const double cosine = dot(middle.normal, c.normal);
+  if (norm_squared(axis) > most * most || cosine < 0) return {};
+  Vec3 u = relative_motion(middle, v).linear;
+  const Vec3 across = cross(axis, u);
+  u += across + (1 / (1 + cosine)) * cross(axis, across);
+  double turn[3];
+  ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
+  const Vec3 found{turn[0], turn[1], turn[2]};
+  return norm(found) >= least ? found : Vec3{};
+}
+
 }  // namespace
 
 // Poses of bodies after a time t with the velocities of a reach. A body of a pile belongs to many pairs: its
@@ -91,25 +124,27 @@ struct ContactFinder::Later {
 
 // Two balls touch in one point and have no edges. Neither their shapes, which lie far apart in memory, nor
 // the turn of the normal are needed.
-void ContactFinder::add_middle_of_balls(const Reach& reach, const Later& half, const PairKey& key,
-                                        const std::vector<Contact>& contacts, Part& part) const {
-  const auto [geom_a, geom_b] = key.pair;
-  const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
-  if (half.turn(a.body) + half.turn(b.body) < 0.5 * contacts::policy.least_turn) return;
+Vec3 ContactFinder::turn_of_balls(const Later& half, double least, const Contact& c) const {
+  const Reach& reach = half.reach;
+  const Model::Outline &a = reach.model.outline(c.geom_a), &b = reach.model.outline(c.geom_b);
+  if (half.turn(a.body) + half.turn(b.body) < 0.5 * contacts::policy.least_turn) return {};
   const Vec3 centre_a = half.centre(a.body), centre_b = half.centre(b.body);
   const ContactPoint p =
       touch_spheres(centre_a, a.radius, centre_b, b.radius, reach.bodies[b.body].pose.rotation);
-  if (p.gap > reach_of_pair(reach, geom_a, geom_b) + contacts[key.contact].material.rest_offset) return;
+  if (p.gap > reach_of_pair(reach, c.geom_a, c.geom_b) + c.material.rest_offset) return {};
   SurfaceMotion surface;
   if (a.conveys || b.conveys)
-    surface =
-        surface_motion(reach.model, geom_a, half.frame(geom_a), geom_b, half.frame(geom_b), reach.bodies);
-  Middle& middle = part.middles.emplace_back(Middle{key.contact, a.body, b.body, {}, {}, {}, {}});
+    surface = surface_motion(reach.model, c.geom_a, half.frame(c.geom_a), c.geom_b, half.frame(c.geom_b),
+                             reach.bodies);
+  Middle middle{a.body, b.body, {}, {}, {}, {}};
   touch_at(p, centre_a, centre_b, surface, middle);
+  return turn_of(c, middle, reach.v, least);
 }
 
-void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span<const PairKey> keys,
-                                const std::vector<Contact>& contacts, Part& part) const {
+void ContactFinder::turn_pair(const Later& half, double least, std::span<const PairKey> keys,
+                              const std::vector<Contact>& contacts, Part& part,
+                              std::vector<Vec3>& turns) const {
+  const Reach& reach = half.reach;
   const auto [geom_a, geom_b] = keys[0].pair;
   const Model::Outline &a = reach.model.outline(geom_a), &b = reach.model.outline(geom_b);
   const Shape &shape_a = reach.model.geom(geom_a).shape, &shape_b = reach.model.geom(geom_b).shape;
@@ -132,41 +167,38 @@ void ContactFinder::add_middles(const Reach& reach, const Later& half, std::span
   const SurfaceMotion surface = surface_motion(reach.model, geom_a, frame_a, geom_b, frame_b, reach.bodies);
   for (std::size_t k = 0; k < keys.size(); ++k) {
     if (rolls && !part.matched[k]) continue;
-    const Vec3& normal = contacts[keys[k].contact].normal;
-    Middle& middle = part.middles.emplace_back(Middle{keys[k].contact, c.body_a, c.body_b, {}, {}, {}, {}});
+    const Contact& contact = contacts[keys[k].contact];
+    Middle middle{c.body_a, c.body_b, {}, {}, {}, {}};
     touch_at(rolls ? *part.matched[k] : part.points[0], half.centre(c.body_a), half.centre(c.body_b), surface,
              middle);
     // A normal that turns with neither body belongs to an edge that came near. The neighbours decide whether
     // it is an internal edge.
     const auto stays = [&](const Transform& before, const Transform& then) {
-      const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), normal));
+      const Vec3 carried = rotate(then.rotation, rotate(conjugate(before.rotation), contact.normal));
       return norm_squared(carried - middle.normal) < same_normal * same_normal;
     };
     if ((has_edges(a) || has_edges(b)) && !stays(frames_[geom_a], frame_a) &&
         !stays(frames_[geom_b], frame_b))
-      part.middles.pop_back();
+      continue;
+    turns[keys[k].contact] = turn_of(contact, middle, reach.v, least);
   }
 }
 
 // Parts begin and end with a pair, wherever the threads divide the sorted list (for_each_pair).
-const ContactFinder::Middles& ContactFinder::find_middles(const Reach& reach,
-                                                          const std::vector<Contact>& contacts) {
+void ContactFinder::find_turns(const Reach& reach, const std::vector<Contact>& contacts, double least,
+                               std::vector<Vec3>& turns) {
   sort_all(contacts);
+  turns.assign(contacts.size(), {});
   const Later half(reach, 0.5 * reach.h, by_pair_.size(), later_);
-  const auto parts = in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
-    part.middles.clear();
+  in_parts(reach, by_pair_.size(), [&](Part& part, std::size_t first, std::size_t last) {
     for_each_pair(by_pair_, first, last, [&](std::span<const PairKey> keys) {
       const auto [a, b] = keys[0].pair;
       if (reach.model.outline(a).radius > 0 && reach.model.outline(b).radius > 0)
-        add_middle_of_balls(reach, half, keys[0], contacts, part);
+        turns[keys[0].contact] = turn_of_balls(half, least, contacts[keys[0].contact]);
       else
-        add_middles(reach, half, keys, contacts, part);
+        turn_pair(half, least, keys, contacts, part, turns);
     });
   });
-  middles_.swap(parts[0].middles);
-  for (const Part& part : parts.subspan(1))
-    middles_.insert(middles_.end(), part.middles.begin(), part.middles.end());
-  return middles_;
 }
 
 // Whether a pair has a point deeper than the allowance in the later poses; its points there.

@@ -52,8 +52,8 @@ inline SurfaceMotion surface_motion(const Model& model, Index a, const Transform
 // Sets what the velocity at a contact needs to one of the points of its pair, for bodies with these centres
 // of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load.
 template <class Point>
-void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b, const SurfaceMotion& surface,
-              Point& c) {
+inline void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b,
+                     const SurfaceMotion& surface, Point& c) {
   c.normal = p.normal;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;

@@ -27,8 +27,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "amontons/base/elementary.hpp"
-#include "amontons/base/parts.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -267,32 +265,6 @@ double close_joints(const JointMotion& in, const State& state, const std::functi
   return largest;
 }
 
-// The contact point of a rolling body does not stay the same material point. If a pair touches in one point,
-// the condition is that of the point in the middle of the step, D_m v+ >= -gap / h. The rows keep D, as A is
-// symmetric, and (D_m - D) v of velocities v near v+ is added to b. On a rim each point is followed. For
-// other pairs with several points it is unknown which of them stay.
-//
-// If a normal turns far in half a step, the body only passes by.
-//
-// The formula below is Rodrigues', with sine and cosine from the two unit normals: the axis is a over its
-// length |a| = sin, and (1 - cos) / sin^2 = 1 / (1 + cos). No angle is needed, and none of its small digits
-// is lost.
-static Vec3 turn_of(const Contact& c, const ContactFinder::Middle& middle, const BodyVelocities& v) {
-  // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
-  // [a]x
-  // + [a]x^2 / (1 + <m, n>).
-  static const double most = elementary::sin(resolved_turn);
-  const Vec3 axis = cross(middle.normal, c.normal);
-  const double cosine = dot(middle.normal, c.normal);
-  if (norm_squared(axis) > most * most || cosine < 0) return {};
-  Vec3 u = relative_motion(middle, v).linear;
-  const Vec3 across = cross(axis, u);
-  u += across + (1 / (1 + cosine)) * cross(axis, across);
-  double turn[3];
-  ContactBasis(c).to_contact(u - relative_motion(c, v).linear, turn);
-  return {turn[0], turn[1], turn[2]};
-}
-
 double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v, double enough) {
   double fastest = 0;
   const auto include_point = [&](Index body, const Vec3& arm) {
@@ -325,15 +297,8 @@ static void limit_turns(const std::vector<Contact>& contacts, const BodyVelociti
 bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
                 const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
   const double least = limits.least;
-  static thread_local std::vector<Vec3> found;  // zero for contacts without one in the middle of the step
-  found.assign(contacts.size(), {});
-  const ContactFinder::Middles& middles = finder.find_middles(reach, contacts);
-  std::vector<Vec3>& of_contact = found;  // on another thread `found` is that thread's
-  for_entries(reach.threads, middles.size(), [&](std::size_t m) {
-    const std::size_t i = middles[m].contact;
-    const Vec3 turn = turn_of(contacts[i], middles[m], reach.v);
-    if (norm(turn) >= least) of_contact[i] = turn;
-  });
+  static thread_local std::vector<Vec3> found;
+  finder.find_turns(reach, contacts, least, found);
   limit_turns(contacts, free, limits, found);
   turns.resize(contacts.size());
   double change = 0;
