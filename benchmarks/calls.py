@@ -1,15 +1,19 @@
-"""Processor time of calls from Python: a step beside that of the compiled module, tables and single values.
+"""Processor time of calls from Python: a step beside that of the compiled module, tables, values, imports.
 
     python benchmarks/calls.py [--quick] [--out FOLDER]
 
 An arm of seven hinges with servos, which swings, and a box on a floor; of robots on a floor (the quadruped of
 examples, MuJoCo's humanoid of the data folder) derivatives alone. Rows: model, call, microseconds: the least
 mean of seven parts; steps: in steps from the state of the derivative, which is taken back before each. "step,
-compiled" is the call of the compiled module, which `Simulation.step` makes.
+compiled" is the call of the compiled module, which `Simulation.step` makes. Imports have the start of a new
+Python in them, and are the least of 20.
 """
 
 from __future__ import annotations
 
+import resource
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -119,6 +123,21 @@ def least_times(functions: dict[str, Callable[[], object]], count: int) -> dict[
     return least
 
 
+def import_time(module: str, runs: int = 20) -> float:
+    """Of a Python that imports a module (s)."""
+
+    def spent() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    times = []
+    for _ in range(runs):
+        before = spent()
+        subprocess.run([sys.executable, "-c", f"import {module}"], check=True)
+        times.append(spent() - before)
+    return min(times)
+
+
 def main() -> None:
     options = begin(arguments(__doc__).parse_args())
     count, rows = QUICK if options.quick else CALLS, []
@@ -135,7 +154,14 @@ def main() -> None:
             {"model": name, "call": call, "microseconds": 1e6 * time, "steps": time / step}
             for call, time in seconds.items()
         ]
-    cells = [(f"{r['model']}, {r['call']}", f"{r['microseconds']:.1f}", f"{r['steps']:.2f}") for r in rows]
+    rows += [
+        {"model": "", "call": f"import {module}", "microseconds": 1e6 * import_time(module), "steps": ""}
+        for module in ("numpy", "amontons")
+    ]
+    cells = [
+        (f"{r['model']}, {r['call']}", f"{r['microseconds']:.1f}", f"{r['steps']:.2f}" if r["steps"] else "")
+        for r in rows
+    ]
     told("model, call", ("microseconds", "steps"), cells)
     write_csv(options.out / "calls.csv", rows)
     print(f"written to {options.out / 'calls.csv'}")

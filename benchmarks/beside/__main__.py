@@ -11,8 +11,8 @@ beside_profile.png.
 
 It writes to results/beside and docs/figures; the quick run, and one with --out, elsewhere.
 
---renew-times: runs what the table has once more and writes its times only. That takes about ten minutes,
-and wants a core of its own; errors keep their rows.
+--renew-times: runs the scenes once more, 1 s for each setting, and writes the times of the table only. It
+wants a core of its own; errors keep their rows.
 --steps: steps of the scene's time step, 1 and 4 by default.
 --check: the exit status is 1 if our time over that of MuJoCo is more than twice what it is in a file of
 results, for any scene of both, and still so when that is run again.
@@ -26,6 +26,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from common import FIGURES, RESULTS, SAMPLE, arguments, begin, read_csv, tracked, write_csv
@@ -33,12 +34,10 @@ from common import FIGURES, RESULTS, SAMPLE, arguments, begin, read_csv, tracked
 from .compete import REFERENCE, checked, compete, shown
 from .engine import NAMES, Engine, engines, stop
 from .figure import draw
-from .renew import LIMIT as RENEW_LIMIT
-from .renew import renew
-from .rows import merged, unlike_defaults
+from .rows import merged, put_times, unlike_defaults
 from .scenes import Case, cases
 
-LIMIT, QUICK_LIMIT = 4.0, 1.5
+LIMIT, QUICK_LIMIT, RENEW_LIMIT = 4.0, 1.5, 1.0
 """s of processor time of one engine for one scene; then it makes no further part, and none after the first if
 all would take four times as long."""
 
@@ -55,10 +54,9 @@ def renew_times(chosen: Sequence[Case], keys: Sequence[str], limit: float, path:
     """Writes the table after each scene, so that a run that is stopped keeps what it has."""
     rows: list[Any] = read_csv(path)
     for case in tracked(chosen, "times"):
-        for each in dict.fromkeys(row["steps_per_dt"] for row in rows):
-            mine = [r for r in rows if (r["scene"], r["steps_per_dt"]) == (case.key, each)]
-            if mine:
-                renew(case, mine, engines(*keys), limit)
+        for each in sorted({int(row["steps_per_dt"]) for row in rows if row["scene"] == case.key}):
+            timed = replace(case, pieces=False, repeats=False)
+            put_times(rows, compete(timed, chosen_engines(list(keys)), limit, each))
         write_csv(path, merged(rows, []))
 
 

@@ -12,6 +12,8 @@ Row = Mapping[str, Any]
 STATES = ("penetration", "creep", "lift", "joint_error", "energy_rise", "energy_drift")
 """Columns that settings should change."""
 
+TIMES = ("step", "cost", "ratio", "timed", "machine", "load", "timed_on")
+
 
 def key(row: Row) -> tuple[str, str, str]:
     return row["scene"], row["engine"], str(row["steps_per_dt"])
@@ -29,6 +31,19 @@ def merged(before: Iterable[Row], found: Sequence[Row]) -> list[Any]:
         ({column: r.get(column, "") for column in columns} for r in rows.values()),
         key=lambda r: (order[r["scene"]], names.index(r["engine"]), int(r["steps_per_dt"])),
     )
+
+
+def put_times(rows: Iterable[dict[str, Any]], found: Iterable[Row]) -> None:
+    """The times of a new run of the same scene, engine, step and version go into the rows."""
+    new = {key(r): r for r in found}
+    for row in rows:
+        if (fresh := new.get(key(row))) is None:
+            continue
+        if fresh["version"] == row["version"]:
+            row.update({column: fresh[column] for column in TIMES})
+        else:
+            name, here, there = row["engine"], fresh["version"], row["version"]
+            print(f"beside: {name} is {here} here, {there} in the table: run it whole")
 
 
 def unlike_defaults(rows: Iterable[Row]) -> list[str]:

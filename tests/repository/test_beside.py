@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 pytest.importorskip("matplotlib", reason="the benchmarks need more packages than the tests")
-from beside import compete, engine, in_mujoco, law, measure, pieces, plain, renew, rows, scenes, solvers
+from beside import compete, engine, in_mujoco, law, measure, pieces, plain, rows, scenes, solvers
 from beside.variant import Variant
 
 mujoco = pytest.importorskip("mujoco")
@@ -413,30 +413,16 @@ def test_rows_are_renewed_alone():
     assert [(r["engine"], r["step"]) for r in found] == [("amontons, 1e-6", 3), ("MuJoCo", "1")]
 
 
-# Breaks when a renewal of times makes other steps than the row tells of, changes an error, gives an engine's
-# time to the rows of another version, or loses the rows of an engine that is not installed.
+# Breaks when new times change an error, or go to the rows of another version, step or engine.
 def test_times_are_renewed_alone():
-    case = next(c for c in scenes.CASES if c.key == "launch")
-    known = {"case": "launch", "version": amontons.__version__, "dt": "0.005", "step": "1e-5", "off": "1.5"}
-    ours = known | {"engine": "amontons, 1e-6", "steps": "40"}
-    other = known | {"engine": "MuJoCo", "version": "0.1", "steps": "200"}
-    absent = known | {"engine": "an engine elsewhere", "steps": "200"}
-    wanted = dict(other), dict(absent)
-    renew.renew(case, [ours, other, absent], engine.engines("amontons", "mujoco"), limit=4.0)
-    assert ours["timed"] == 40
-    assert ours["cost"] == pytest.approx(ours["step"] / 5e-3)
-    assert ours["off"] == "1.5"
-    assert (other, absent) == wanted
-
-
-# Breaks when a slow setting gets more than its time: at 0.2 s a step as it was, a limit of 1 s lets it make
-# one step a part, and it ends after the part that passes the limit.
-def test_slow_settings_end_early():
-    case = next(c for c in scenes.CASES if c.key == "launch")
-    row = {"case": "launch", "version": amontons.__version__, "dt": "0.005", "step": "0.2", "steps": "200"}
-    ours = row | {"engine": "amontons, 1e-6"}
-    renew.renew(case, [ours], engine.engines("amontons"), limit=1e-9)
-    assert ours["timed"] == 1
+    known = {"scene": "launch", "steps_per_dt": "1", "version": "1", "step": "1e-5", "off": "1.5"}
+    ours, theirs = known | {"engine": "amontons, 1e-6"}, known | {"engine": "MuJoCo", "version": "0.1"}
+    others = [theirs, known | {"engine": "an engine elsewhere"}, ours | {"steps_per_dt": "4"}]
+    times = dict.fromkeys(rows.TIMES, 2.0)
+    new = known | times | {"steps_per_dt": 1, "off": 9.0}
+    table = [dict(row) for row in (ours, *others)]
+    rows.put_times(table, [new | {"engine": "amontons, 1e-6"}, new | {"engine": "MuJoCo"}])
+    assert table == [ours | times, *others]
 
 
 def pair(ours, key="stack"):

@@ -148,22 +148,23 @@ WRONG = {
 }
 
 
+def refusal(kind, name, arguments):
+    """What a builder says that gets a wrong tendon or actuator on a body "b" with a hinge "j"."""
+    builder = amontons.ModelBuilder()
+    builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
+    builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
+    with pytest.raises(InputError) as error:  # noqa: PT012
+        getattr(builder, f"add_{kind}")(name, **arguments)
+        builder.build()
+    assert f'{kind} "{name}"' in str(error.value)
+    return str(error.value)
+
+
 # Breaks when a tendon that cannot be is taken, or the message does not name it and the remedy.
 @pytest.mark.parametrize("name", WRONG)
 def test_wrong_tendons(name):
     arguments, message = WRONG[name]
-    builder = amontons.ModelBuilder()
-    builder.add_body("b", shape=amontons.shapes.Sphere(0.1), density=1000)
-    builder.add_revolute_joint("b", point=(0, 0, 1), axis=(0, 1, 0), name="j")
-
-    def attempt():
-        builder.add_tendon("string", **arguments)
-        builder.build()
-
-    with pytest.raises(InputError) as error:
-        attempt()
-    assert 'tendon "string"' in str(error.value)
-    assert message in str(error.value)
+    assert message in refusal("tendon", "string", arguments)
 
 
 def differences(model, m, d, *, dt, duration, control=None):
