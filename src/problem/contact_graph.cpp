@@ -68,10 +68,8 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   // Mark of a body that impulses move while no block acts on it yet.
   constexpr unsigned char untouched = 2;
   graph.moves.resize(A.bodies.size());
-  graph.links.clear();
-  graph.first_row.clear();
-  graph.links.reserve(K.blocks());
-  graph.first_row.reserve(K.blocks() + 1);
+  graph.links.resize(K.blocks());
+  graph.first_row.resize(K.blocks() + 1);
   for (std::size_t i = 0; i < graph.moves.size(); ++i)
     graph.moves[i] = A.bodies.moves(static_cast<Index>(i)) ? untouched : 0;
   // A body counts as moving once a block acts on it: an untouched body is no node.
@@ -82,17 +80,17 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   };
   std::size_t contact_rows = 0;
   for_each_block(K, [&](const auto& set, std::size_t block, std::size_t row) {
-    graph.first_row.push_back(static_cast<Index>(row));
+    graph.first_row[block] = static_cast<Index>(row);
     if (block < A.contacts.size()) {
       const ContactGeometry& c = A.contacts[block];
-      graph.links.push_back({node(c.body_a), node(c.body_b)});
+      graph.links[block] = {node(c.body_a), node(c.body_b)};
       contact_rows = row + set.dim;
     } else {
       const JacobianRow& j = A.jacobian[row - contact_rows];
-      graph.links.push_back({node(j.body_a), node(j.body_b)});
+      graph.links[block] = {node(j.body_a), node(j.body_b)};
     }
   });
-  graph.first_row.push_back(static_cast<Index>(K.rows()));
+  graph.first_row.back() = static_cast<Index>(K.rows());
   std::replace(graph.moves.begin(), graph.moves.end(), untouched, static_cast<unsigned char>(0));
   find_islands(A, graph);
 }

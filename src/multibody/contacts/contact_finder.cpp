@@ -32,7 +32,7 @@ GeomMotion motion_of(const Geom& geom, const Transform& frame, const BodyFrame& 
 }
 
 // Upper bound of the approach speed of two geoms.
-double approach(const GeomMotion& a, const GeomMotion& b) {
+inline double approach(const GeomMotion& a, const GeomMotion& b) {
   return norm(a.centre - b.centre) + a.spin + b.spin;
 }
 
@@ -68,6 +68,18 @@ double least_growth(const Reach& reach, std::size_t geom) {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
+
+SurfaceMotion motion_of_surfaces(const Model& model, Index a, const Transform& frame_a, Index b,
+                                 const Transform& frame_b, const BodyFrames& bodies) {
+  const auto of = [&](Index g, const Transform& frame) {
+    const Geom& geom = model.geom(g);
+    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
+    return SurfaceMotion{true, in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position),
+                         spin};
+  };
+  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
+  return {true, on_a.linear - on_b.linear, on_a.spin - on_b.spin};
+}
 
 // The motion of a geom with the velocity of its body. A turn of a ball moves no point of its surface along
 // the normal, nor its centre.

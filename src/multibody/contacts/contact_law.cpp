@@ -88,12 +88,11 @@ double moment_length(const ContactGeometry& contact, const BodyMobilities& mobil
 // Coefficients of moments are lengths, m <= mu_r f_n; rows hold m / L, hence mu_r / L.
 void append_set(const Contact& contact, SetProduct& K) {
   const Material& m = contact.material;
+  const double along = at_most(m.friction);
+  if (contact.rows == 3 && !is_anisotropic(m)) return K.append(Friction{along});
   const double torsion = at_most(m.torsional_friction / contact.moment_length),
-               rolling = at_most(m.rolling_friction / contact.moment_length);
-  const double along = at_most(m.friction), athwart = at_most(across(m));
-  if (contact.rows == 3 && !is_anisotropic(m))
-    K.append(Friction{along});
-  else if (contact.rows == 3)
+               rolling = at_most(m.rolling_friction / contact.moment_length), athwart = at_most(across(m));
+  if (contact.rows == 3)
     K.append(EllipticFriction<3>{along, athwart});
   else if (contact.rows == 4)
     K.append(EllipticFriction<4>{along, athwart, torsion});

@@ -135,16 +135,18 @@ void InternalEdges::collect(const Model& model, const std::vector<Contact>& cont
   states_.clear();
   at_edge_.assign(model.description().geoms.size(), 0);
   start_.assign(model.description().geoms.size() + 1, 0);
+  // Pairs of geoms that have no edge in any pair need no touches.
+  for (const Contact& c : contacts)
+    if (may_have_edge(model, c)) at_edge_[c.geom_a] = at_edge_[c.geom_b] = 1;
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);
+    if (!at_edge_[contacts[first].geom_a] && !at_edge_[contacts[first].geom_b]) continue;
     // The deepest point represents the pair.
     std::size_t deepest = first;
     for (std::size_t i = first + 1; i < end; ++i)
       if (contacts[i].gap < contacts[deepest].gap) deepest = i;
+    // A pair without an edge never passes: it is held from the beginning.
     states_.push_back({first, end, deepest, false, !may_have_edge(model, contacts[first])});
-    // A pair without an edge never passes: it is held from the beginning. Geoms of such pairs alone need no
-    // touches.
-    if (!states_.back().holds) at_edge_[contacts[first].geom_a] = at_edge_[contacts[first].geom_b] = 1;
   }
   for (std::uint32_t pair = 0; pair < states_.size(); ++pair) {
     const Contact& c = contacts[states_[pair].deepest];

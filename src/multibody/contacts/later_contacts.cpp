@@ -66,7 +66,7 @@ struct Middle {
 // The formula below is Rodrigues', with sine and cosine from the two unit normals: the axis is a over its
 // length |a| = sin, and (1 - cos) / sin^2 = 1 / (1 + cos). No angle is needed, and none of its small digits
 // is lost.
-Vec3 turn_of(const Contact& c, const Middle& middle, const BodyVelocities& v, double least) {
+inline Vec3 turn_of(const Contact& c, const Middle& middle, const BodyVelocities& v, double least) {
   // Tangents are transported by the rotation that takes one normal to the other: with a = m x n it is 1 +
   // [a]x + [a]x^2 / (1 + <m, n>).
   static const double most = elementary::sin(resolved_turn);

@@ -15,8 +15,7 @@ void Extents::resize(std::size_t geoms, const HostMemory& memory) {
   half_spaces.resize(geoms);
 }
 
-bool Extents::meet(Index a, Index b) const {
-  if (!is_overlap(boxes[a], boxes[b])) return false;
+bool Extents::meet_in_boxes(Index a, Index b) const {
   if (std::isfinite(balls[a].radius) && std::isfinite(balls[b].radius))
     return may_touch(balls[a], travels[a], balls[b], travels[b]);
   // That of other shapes has no normal, and reaches everything.

@@ -34,9 +34,11 @@ struct Extents {
   void resize(std::size_t geoms, const HostMemory& memory);
   Bounds bounds(std::span<const unsigned char> stay) const { return {boxes, balls, travels, stay, placed}; }
   // Whether two geoms may meet: their boxes and balls do, and one of a plane only below its top.
-  bool meet(Index a, Index b) const;
+  bool meet(Index a, Index b) const { return is_overlap(boxes[a], boxes[b]) && meet_in_boxes(a, b); }
   // Whether a geom reaches no farther than in `other`, where nothing travels.
   bool is_within(const Extents& other, std::size_t geom) const;
+  // Whether two geoms whose boxes overlap may meet.
+  bool meet_in_boxes(Index a, Index b) const;
 };
 
 // A list of pairs, among which those that meet are found again and again (Verlet, "Computer experiments on

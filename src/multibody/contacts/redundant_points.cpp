@@ -50,6 +50,7 @@ void RedundantPoints::choose(const Reach& reach, std::span<const Contact> contac
 // In place; the order is kept.
 void RedundantPoints::set_aside(const Reach& reach, std::vector<Contact>& contacts) {
   redundant_.clear();
+  if (!reach.model.has_corners()) return;
   std::size_t out = 0;
   for (std::size_t first = 0, end = 0; first < contacts.size(); first = end) {
     end = end_of_pair(contacts, first);

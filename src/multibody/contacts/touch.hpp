@@ -32,31 +32,32 @@ inline Vec3 in_world(const Vec3& v, const Geom& geom, const BodyFrames& bodies) 
   return geom.body < 0 ? v : rotate(bodies[geom.body].pose.rotation, v);
 }
 
-// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin.
+// The velocity of the surface of A over its body minus that of B: at the world's origin, and the spin. Few
+// surfaces move.
 struct SurfaceMotion {
+  bool moves = false;
   Vec3 linear, spin;
 };
+
+SurfaceMotion motion_of_surfaces(const Model& model, Index a, const Transform& frame_a, Index b,
+                                 const Transform& frame_b, const BodyFrames& bodies);
 
 inline SurfaceMotion surface_motion(const Model& model, Index a, const Transform& frame_a, Index b,
                                     const Transform& frame_b, const BodyFrames& bodies) {
   if (!model.outline(a).conveys && !model.outline(b).conveys) return {};
-  const auto of = [&](Index g, const Transform& frame) {
-    const Geom& geom = model.geom(g);
-    const Vec3 spin = in_world(geom.surface_spin, geom, bodies);
-    return SurfaceMotion{in_world(geom.surface_velocity, geom, bodies) - cross(spin, frame.position), spin};
-  };
-  const SurfaceMotion on_a = of(a, frame_a), on_b = of(b, frame_b);
-  return {on_a.linear - on_b.linear, on_a.spin - on_b.spin};
+  return motion_of_surfaces(model, a, frame_a, b, frame_b, bodies);
 }
 
 // Sets what the velocity at a contact needs to one of the points of its pair, for bodies with these centres
-// of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load.
+// of mass. Only the tangential part of surface velocities counts: a conveyor does not lift its load. A point
+// without a velocity keeps the zero with which it was made.
 template <class Point>
 inline void touch_at(const ContactPoint& p, const Vec3& centre_a, const Vec3& centre_b,
                      const SurfaceMotion& surface, Point& c) {
   c.normal = p.normal;
   c.r_a = p.point - centre_a;
   if (c.body_b >= 0) c.r_b = p.point - centre_b;
+  if (!surface.moves) return;
   const Vec3 surface_velocity = surface.linear + cross(surface.spin, p.point);
   c.surface_velocity = surface_velocity - dot(p.normal, surface_velocity) * p.normal;
 }

@@ -65,7 +65,7 @@ struct Match {
 // Matches each contact of one pair with one of the last step: its number in `last`, or -1. The nearest two
 // are matched first, and no point twice, because its impulse would count twice. Contacts without an impulse
 // are not among the last, so the nearest of them may be that of a neighbour.
-void match(const Model& model, std::span<const CarriedContact> last, const Transform& to_local,
+void match(const Model& model, std::span<const CarriedContact> last, const BodyFrames& bodies,
            std::span<const Contact> contacts, std::vector<Match>& matches, std::span<Index> was) {
   // A single point of a pair (a rolling ball) is always the same.
   if (contacts.size() == 1 && last.size() == 1) {
@@ -76,6 +76,7 @@ void match(const Model& model, std::span<const CarriedContact> last, const Trans
   const auto [a, b] = pair_of(contacts[0]);
   const double reach =
       0.5 * std::min(bounding_radius(model.geom(a).shape), bounding_radius(model.geom(b).shape));
+  const Transform to_local = inverse(bodies[contacts[0].body_a].pose);
   matches.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Vec3 local = to_local(contacts[i].point);
@@ -130,9 +131,8 @@ void find_known(const Model& model, const std::vector<CarriedContact>& last, con
     while (after != last.end() && pair_of(*after) == pair) ++after;
     const std::span of_pair = std::span(known).subspan(i, end - i);
     if (first != after) {
-      match(model, std::span(&*first, static_cast<std::size_t>(after - first)),
-            inverse(bodies[contacts[i].body_a].pose), std::span(contacts).subspan(i, end - i), matches,
-            of_pair);
+      match(model, std::span(&*first, static_cast<std::size_t>(after - first)), bodies,
+            std::span(contacts).subspan(i, end - i), matches, of_pair);
       for (Index& k : of_pair)
         if (k >= 0) k += static_cast<Index>(first - last.begin());
     }

@@ -126,6 +126,7 @@ Model::Model(ModelDescription description) : d_(std::move(description)) {
   std::sort(always_.begin(), always_.end());
   for (const Geom& geom : d_.geoms) {
     outlines_.push_back(outline_of(*this, geom));
+    has_corners_ |= outlines_.back().has_corners;
     rest_offset_.push_back(geom.material.rest_offset);
   }
   for (const PairMaterial& p : d_.pair_materials)

@@ -94,6 +94,7 @@ class Model {
     double radius;      // m, of a ball, a sphere about the centre of mass of its body; 0: it is none
   };
   const Outline& outline(Index geom) const { return outlines_[geom]; }
+  bool has_corners() const { return has_corners_; }  // of any geom
   // Rest offset of a geom (m). That of a pair is at most the sum of its geoms'.
   double rest_offset(Index geom) const { return rest_offset_[geom]; }
 
@@ -118,6 +119,7 @@ class Model {
   std::vector<std::pair<std::pair<Index, Index>, Material>> pairs_;  // sorted geom pairs
   std::vector<std::pair<Index, Index>> listed_pairs_;
   std::vector<Outline> outlines_;
+  bool has_corners_ = false;
   std::vector<unsigned char> dynamic_;  // per body: bodies are large
   std::vector<double> rest_offset_;
   std::vector<double> mobility_factor_;
