@@ -46,7 +46,7 @@ LEAST = 0.01
 WHOLE = "counted_steps"
 STAGES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "frames, M": (
-        ("place_trees", "place_bodies", "begin_in_the_middle", "update_coordinates", "place_joints",
+        ("place_trees", "place_frames", "begin_in_the_middle", "update_coordinates", "place_joints",
          "place_tree_joints", "make_tree_masses"),
         ("mj_fwdKinematics", "mj_makeM", "mj_factorM"),
     ),
@@ -67,7 +67,7 @@ STAGES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "energy balance": (("along_mean",), ()),
     "motion": (("move_on",), ("mj_implicitSkip", "mj_EulerSkip", "mj_RungeKutta")),
     "copies, checks, report": (
-        ("State::operator=", "validate", "begin_with_velocities", "Simulation::keep_results",
+        ("copy_changes", "find_changed", "validate", "begin_with_velocities", "Simulation::keep_results",
          "Simulation::note_touching", "Simulation::finish_report", "add_part"),
         ("mj_checkPos", "mj_checkVel", "mj_checkAcc", "mj_sensorPos", "mj_sensorVel", "mj_sensorAcc",
          "mj_energyPos", "mj_energyVel"),

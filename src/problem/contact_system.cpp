@@ -8,7 +8,6 @@
 
 #include <algorithm>
 
-#include "amontons/base/parts.hpp"
 #include "amontons/problem/contact_diagonal.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "amontons/problem/threaded_product.hpp"
@@ -166,7 +165,7 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
 // w = M^-1 w for free bodies; constrained bodies move as their joints allow. Those of a linkage are left out
 // of the loop over free bodies, because their velocities are known already. Other maps do not say which
 // bodies they move until they are called.
-void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates) {
+void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates, const Subset& walk) {
   static thread_local std::vector<double> held;
   if (A.constrained && rates) {
     held.resize(6 * A.constrained->body.size());
@@ -177,12 +176,12 @@ void apply_masses(const ContactSystem& A, std::span<double> w, const double* rat
     A.constrained->apply(held.data());
   }
   const Linkage* trees = A.constrained ? A.constrained->linkage.get() : nullptr;
-  for (std::size_t i = 0; i < A.bodies.size(); ++i) {
-    if (trees && trees->place_of(static_cast<Index>(i)) >= 0) continue;
+  walk.each(A.bodies.size(), [&](std::size_t i) {
+    if (trees && trees->place_of(static_cast<Index>(i)) >= 0) return;
     double v[6];
     A.bodies.apply(i, &w[6 * i], v);
     std::copy(v, v + 6, &w[6 * i]);
-  }
+  });
   if (!A.constrained) return;
   for (std::size_t i = 0; i < A.constrained->body.size(); ++i)
     std::copy_n(&held[6 * i], 6, &w[6 * A.constrained->body[i]]);

@@ -213,6 +213,34 @@ TEST(walls_wake_by_touch) {
   CHECK(moved > 1e-3);
 }
 
+// Breaks if a step takes data of bodies asleep from arrays that another simulation, or an earlier motion of
+// its own, has left there; or if loads on bodies asleep add up from step to step.
+TEST(copies_go_on_beside_sleepers) {
+  Scene scene;
+  scene.tower(0, 3);
+  scene.tower(1, 2);
+  scene.pendulum(4);
+  Pair first(scene);
+  first.change([&](State& s) {
+    s.forces[0] = {0, 0, -3};
+    s.joint_forces[first.simulation.tree().links()[1].first_v + 2] = -2;
+  });
+  first.steps(150);
+  CHECK(first.simulation.sleeping() == 5);
+  Pair second = first;
+  second.steps(5);
+  second.change([](State& s) { s.forces[0] = {25, 0, 0}; });
+  second.steps(30);
+  CHECK(second.simulation.sleeping() < 5);
+  second.simulation = first.simulation;
+  second.state = first.state;
+  second.steps(5);
+  CHECK(second.simulation.sleeping() == 5);
+  second.change([](State& s) { s.joint_forces.assign(s.joint_forces.size(), 0.0); });
+  second.steps(30);
+  CHECK(second.simulation.sleeping() >= 2);
+}
+
 // Breaks if a control moves nothing because its body rests, or if a tower sleeps on when that body comes.
 TEST(controls_wake) {
   Scene scene;

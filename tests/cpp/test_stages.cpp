@@ -94,6 +94,7 @@ struct Stages : StepScratch {
              .tree = tree,
              .options = options,
              .asleep = asleep,
+             .walk = {},
              .finder = finder,
              .memory = memory,
              .h = h,
@@ -108,7 +109,7 @@ struct Stages : StepScratch {
   }
   // Velocities of the state are those of the middle of a step before, unless a test makes this one the first.
   void observe() {
-    begin_with_velocities(*model, state);
+    begin_with_velocities(*model, {}, state);
     amontons::observe(step, clock, state, observed);
   }
   void before_solve() {

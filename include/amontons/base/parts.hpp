@@ -1,6 +1,8 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "amontons/base/threads.hpp"
 
@@ -33,5 +35,25 @@ void for_entries(unsigned asked, std::size_t count, F&& f) {
     for (; i < last; ++i) f(i);
   });
 }
+
+// The entries that passes visit: those of an ascending list, or all. Passes over a part of an array leave the
+// other entries as they are, so that an array in which few entries change costs as much as these. A sum over
+// a part is that over all, to the bit, if the others would add zeros: the order of the terms is the same.
+struct Subset {
+  const std::vector<std::int32_t>* only = nullptr;  // null: all
+
+  // How many entries of `count` are visited, and the k-th of them.
+  std::size_t size(std::size_t count) const { return only ? only->size() : count; }
+  std::size_t at(std::size_t k) const { return only ? static_cast<std::size_t>((*only)[k]) : k; }
+  // Calls f(i) for each.
+  template <class F>
+  void each(std::size_t count, F&& f) const {
+    for (std::size_t k = 0, end = size(count); k < end; ++k) f(at(k));
+  }
+  template <class F>
+  void each(std::size_t count, F&& f, unsigned threads) const {
+    for_entries(threads, size(count), [&](std::size_t k) { f(at(k)); });
+  }
+};
 
 }  // namespace amontons

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/problem/contact.hpp"
 #include "amontons/problem/jacobian_row.hpp"
 
@@ -81,7 +82,9 @@ JacobianRow jacobian_row(const ContactGeometry& contact, const ContactBasis& bas
 void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<double> w);
 
 // w = M^-1 w in place: velocities that impulses at the centres of mass cause.
-// `rates`: M^-1 J'w along the coordinates of the trees, if they are known already.
-void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates = nullptr);
+// `rates`: M^-1 J'w along the coordinates of the trees, if they are known already. Those of trees are all
+// moved, of the others those of the walk.
+void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates = nullptr,
+                  const Subset& walk = {});
 
 }  // namespace amontons

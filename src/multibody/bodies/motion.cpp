@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
-#include "amontons/base/parts.hpp"
 
 namespace amontons {
 
@@ -130,10 +129,11 @@ Transform moved(const BodyFrame& body, const BodyVelocity& v, double h) {
 // docs/algorithm.md (2). Linear: v + k (g + f / m) over the kick k. Angular: I omega' = torque - omega x I
 // omega, where the mean of the torque-free rotation replaces omega and so includes the gyroscopic term.
 void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins) {
-  free = in.start;
+  free.resize(in.start.size());
   spins.resize(free.size());
-  for_entries(in.threads, free.size(), [&](std::size_t i) {
-    const auto& [model, h, kick, frames, mobility, start, loads, damped, in_tree, _] = in;
+  const auto set_free = [&](std::size_t i) {
+    const auto& [model, h, kick, frames, mobility, start, loads, damped, in_tree, _1, _2] = in;
+    free[i] = start[i];
     spins[i] = {start[i].angular, {}};
     if (!model.is_dynamic(static_cast<Index>(i)) || (!in_tree.empty() && in_tree[i] >= 0)) return;
     const auto& [inverse_mass, inverse_inertia, stiffened] = mobility[i];
@@ -145,7 +145,8 @@ void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vecto
     // For changes of its spin a stiffened body has the inertia I + h^2 K. Damped (implicit Euler): (I + h^2
     // K) w = I w_mean + torque.
     if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
-  });
+  };
+  in.walk.each(free.size(), set_free, in.threads);
 }
 
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
@@ -157,8 +158,8 @@ void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vecto
 // A body that the step has stopped rests, and keeps the bits of its pose.
 void integrate(const Model& model, const BodyFrames& frames, const std::vector<GyroscopicSpin>& spins,
                const Drift& drift, State& state, std::span<const Index> in_tree) {
-  for_entries(drift.threads, frames.size(), [&](std::size_t i) {
-    const auto& [start, v, h, ahead, _] = drift;
+  const auto move = [&](std::size_t i) {
+    const auto& [start, v, h, ahead, _1, _2] = drift;
     const Body& body = model.description().bodies[i];
     if (body.motion == Motion::still || (!in_tree.empty() && in_tree[i] >= 0)) return;
     const bool rests = v[i].linear == Vec3{} && v[i].angular == Vec3{} && spins[i].lag == Vec3{};
@@ -193,7 +194,8 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     }
     state.linear_velocities[i] = middle.left_linear = linear - cross(omega, arm);
     state.angular_velocities[i] = middle.left_angular = omega;
-  });
+  };
+  drift.walk.each(frames.size(), move, drift.threads);
 }
 
 }  // namespace amontons

@@ -4,6 +4,7 @@
 #include "multibody/contacts/contact_finder.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -101,7 +102,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
   extents_.resize(geoms.size(), reach.memory());
   extents_.placed = next_number();
   HostArray<Ball>& balls = extents_.balls;
-  for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
+  const auto place = [&](std::size_t g) {
     const Model::Outline& outline = model.outline(static_cast<Index>(g));
     if (placed && standing_.stand(outline.body, world)) return;
     fixed_[g] = !outline.dynamic;
@@ -117,7 +118,8 @@ void ContactFinder::place_geoms(const Reach& reach) {
       balls[g].radius = with_rounding * (sphere->radius + least_growth(reach, g));
     else
       bounds_[g] = quick_bounds(geom.shape, frames_[g]);
-  });
+  };
+  reach.walk.geoms.each(geoms.size(), place, reach.threads);
 }
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
@@ -125,14 +127,14 @@ void ContactFinder::place_geoms(const Reach& reach) {
 // all pairs that could touch overlap. The ball of a sphere, which no turn moves, has grown already. Two of
 // them have a point within the margin, now or at the end of the step, only if they may touch. A plane has no
 // box, but a height up to which it may reach.
-void ContactFinder::reach_out(const Reach& reach) {
+void ContactFinder::reach_out(const Reach& reach, const Subset& walk) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   auto& [boxes, balls, travels, half_spaces, _] = extents_;
-  motions_.assign(geoms.size(), GeomMotion{});
-  for_entries(reach.threads, geoms.size(), [&](std::size_t g) {
+  motions_.resize(geoms.size());
+  const auto reach_out = [&](std::size_t g) {
     const Model::Outline& outline = model.outline(static_cast<Index>(g));
-    if (!outline.still) motions_[g] = motion(reach, g, reach.v[outline.body]);
+    motions_[g] = outline.still ? GeomMotion{} : motion(reach, g, reach.v[outline.body]);
     const Vec3 travel = travels[g] = reach.h * motions_[g].centre;
     if (balls[g].radius < unbounded) {
       boxes[g] = box_around(balls[g], travel);
@@ -147,7 +149,8 @@ void ContactFinder::reach_out(const Reach& reach) {
       const Vec3 normal = rotate(frames_[g].rotation, {0, 0, 1});
       half_spaces[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
-  });
+  };
+  walk.each(geoms.size(), reach_out, reach.threads);
 }
 
 // Where solved velocities lead out of the list, most geoms stay, and a search of the others costs less than a
@@ -155,7 +158,7 @@ void ContactFinder::reach_out(const Reach& reach) {
 std::span<const IndexPair> ContactFinder::find_pairs(const Reach& reach) {
   const Model& model = reach.model;
   if (model.lists_pairs()) return model.listed_pairs();
-  if (near_.hold(reach, extents_, stay_)) return near_.pairs();
+  if (near_.hold(reach, {}, extents_, stay_)) return near_.pairs();
   broad_phase_.find_pairs(extents_.bounds(stay_), pairs_, reach.pairs, reach.threads);
   std::erase_if(pairs_, [&](const IndexPair& pair) { return !model.may_touch(pair.first, pair.second); });
   return pairs_;
@@ -227,20 +230,23 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
 // the contacts are those of one thread. The first part writes into `contacts` itself, so that one thread
 // copies nothing.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
-  foreseen_ = reach.v;
+  foreseen_.resize(reach.v.size());
+  reach.walk.bodies.each(reach.v.size(), [&](std::size_t i) { foreseen_[i] = reach.v[i]; });
   by_pair_.clear();
+  if (!reach.walk.geoms.only) calm_.clear();
   standing_.begin(reach);
   place_geoms(reach);
-  reach_out(reach);
-  stay_ = fixed_;
-  if (reach.has_sleepers()) {
-    const auto& geoms = reach.model.description().geoms;
-    for (std::size_t g = 0; g < geoms.size(); ++g)
-      stay_[g] = geoms[g].body < 0 || reach.asleep->stays[static_cast<std::size_t>(geoms[g].body)];
-  }
+  const Subset walk = reached_otherwise_ ? Subset{} : reach.walk.geoms;
+  reached_otherwise_ = false;
+  reach_out(reach, walk);
+  stay_.resize(fixed_.size());
+  walk.each(stay_.size(), [&](std::size_t g) {
+    const Index body = reach.model.outline(static_cast<Index>(g)).body;
+    stay_[g] = !reach.has_sleepers() ? fixed_[g] : body < 0 || reach.asleep->stays[body];
+  });
   const std::span<const IndexPair> near = reach.model.lists_pairs()
                                               ? std::span<const IndexPair>(reach.model.listed_pairs())
-                                              : near_.find(reach, extents_, motions_, stay_);
+                                              : near_.find(reach, walk, extents_, motions_, stay_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
@@ -322,8 +328,9 @@ void ContactFinder::sort_all(const std::vector<Contact>& contacts) {
 void ContactFinder::find_fixed(const Reach& reach, std::vector<Contact>& contacts) {
   sort_all(contacts);
   found_.clear();
-  reach_out(reach);
+  reach_out(reach, {});
   stay_ = fixed_;
+  reached_otherwise_ = true;
   const auto one_moves = [&](Index a, Index b) { return fixed_[a] != fixed_[b] && may_meet(a, b); };
   visit(reach, find_pairs(reach), points_, found_, one_moves, [&](const Contact& contact, double closing) {
     return closing < -contacts::policy.allowance * reach.margin && !is_known(reach, contact, contacts);
@@ -339,19 +346,21 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   // those of a geom whose velocity changes by half as much.
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
-  changes_.assign(geoms.size(), GeomMotion{});
-  stay_.assign(geoms.size(), 1);
-  bool any = false;
-  for (std::size_t g = 0; g < geoms.size(); ++g) {
+  changes_.resize(geoms.size());
+  const Subset walk = calm_.size() == geoms.size() ? reach.walk.geoms : Subset{};
+  calm_.resize(geoms.size());
+  walk.each(geoms.size(), [&](std::size_t g) {
     const Index body = model.outline(static_cast<Index>(g)).body;
-    if (fixed_[g]) continue;
+    changes_[g] = {};
+    calm_[g] = 1;
+    if (fixed_[g]) return;
     const BodyVelocity difference{reach.v[body].linear - foreseen_[body].linear,
                                   reach.v[body].angular - foreseen_[body].angular};
     changes_[g] = motion(reach, g, difference);
-    stay_[g] = 2 * reach.h * (norm(changes_[g].centre) + changes_[g].spin) <= reach.margin + allowance;
-    any = any || !stay_[g];
-  }
-  if (!any) return;
+    calm_[g] = 2 * reach.h * (norm(changes_[g].centre) + changes_[g].spin) <= reach.margin + allowance;
+  });
+  if (calm_.empty() || !std::memchr(calm_.data(), 0, calm_.size())) return;
+  stay_ = calm_;
   // Two bodies asleep that lose the same free velocities find what they found in the step before: nothing.
   const auto sleeps = [&](Index g) {
     return reach.has_sleepers() && (fixed_[g] || reach.asleep->contains(geoms[g].body));
@@ -362,7 +371,8 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   };
   sort_all(contacts);
   found_.clear();
-  reach_out(reach);
+  reach_out(reach, {});
+  reached_otherwise_ = true;
   visit(reach, find_pairs(reach), points_, found_, changed, [&](const Contact& contact, double closing) {
     if (closing >= -allowance) return false;
     note_disturbed(reach, contact);

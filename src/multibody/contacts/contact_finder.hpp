@@ -81,7 +81,7 @@ class ContactFinder {
   // Poses of the geoms and boxes around them, for all searches of a step; then what they may reach with the
   // velocities of one search.
   void place_geoms(const Reach& reach);
-  void reach_out(const Reach& reach);
+  void reach_out(const Reach& reach, const Subset& geoms);
   // Contacts of those of the pairs that meet within the margin now or at the end of the step; and of those
   // that stand, for the next search. The pairs ascend.
   void collide_pairs(const Reach& reach, std::span<const IndexPair> pairs, Part& part) const;
@@ -108,7 +108,9 @@ class ContactFinder {
   Extents extents_;
   NearPairs near_;
   std::vector<unsigned char> fixed_, stay_;
-  BodyVelocities foreseen_;  // velocities of the first search
+  std::vector<unsigned char> calm_;  // per geom: the solve changed its velocity too little for missed points
+  BodyVelocities foreseen_;          // velocities of the first search
+  bool reached_otherwise_ = true;    // motions, extents and stay_ are not those of a first search
   StandingPairs standing_;
   // Per geom: motion with the velocities of the search, and its change by a solve.
   std::vector<GeomMotion> motions_, changes_;

@@ -48,10 +48,12 @@ struct Extents {
 class NearPairs {
  public:
   // Ascending pairs, among which are all that meet now, except those of two geoms that stay.
-  std::span<const IndexPair> find(const Reach& reach, const Extents& now, std::span<const GeomMotion> motions,
-                                  std::span<const unsigned char> stay);
+  // Extents of geoms outside of the walk are those of the last call.
+  std::span<const IndexPair> find(const Reach& reach, const Subset& walk, const Extents& now,
+                                  std::span<const GeomMotion> motions, std::span<const unsigned char> stay);
   // Whether the last list is one, too.
-  bool hold(const Reach& reach, const Extents& now, std::span<const unsigned char> stay) const;
+  bool hold(const Reach& reach, const Subset& walk, const Extents& now,
+            std::span<const unsigned char> stay) const;
   std::span<const IndexPair> pairs() const { return pairs_; }
 
  private:

@@ -19,6 +19,7 @@ struct Reach {
   unsigned threads = 1;
   const PairSearch* pairs = nullptr;
   const Sleepers* asleep = nullptr;  // islands that stay; null: none
+  Walked walk = {};
   bool has_sleepers() const { return asleep && asleep->any(); }
   // For what a search on a device reads.
   const HostMemory& memory() const {

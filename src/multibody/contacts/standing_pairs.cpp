@@ -46,12 +46,14 @@ void StandingPairs::begin(const Reach& reach) {
   poses_.resize(bodies);
   velocities_.resize(bodies);
   stands_.resize(bodies);
-  for (std::size_t i = 0; i < bodies; ++i) {
+  // A body asleep stands.
+  if (reach.walk.bodies.only) std::fill(stands_.begin(), stands_.end(), 1);
+  reach.walk.bodies.each(bodies, [&](std::size_t i) {
     const Transform& pose = reach.bodies[i].pose;
     stands_[i] = comparable && same_bits(poses_[i], pose) && same_bits(velocities_[i], reach.v[i]);
     poses_[i] = pose;
     velocities_[i] = reach.v[i];
-  }
+  });
   h_ = reach.h;
   margin_ = reach.margin;
 }

@@ -9,8 +9,8 @@ namespace amontons {
 // Called before every step, because users write into the state. Messages are only built when needed. Only
 // inputs of the step are checked: coordinates follow from the poses, and impulses are only the start of a
 // solve.
-void validate(const Model& model, const State& s) {
-  for (std::size_t i = 0; i < model.bodies(); ++i) {
+void validate(const Model& model, const State& s, const Subset& changed) {
+  changed.each(model.bodies(), [&](std::size_t i) {
     const auto who = [&] {
       const std::string& name = model.description().bodies[i].name;
       return name.empty() ? "body " + std::to_string(i) : "body \"" + name + "\"";
@@ -25,7 +25,7 @@ void validate(const Model& model, const State& s) {
                      who() + ": the velocity is not finite, or beyond 1e15 m/s or rad/s");
     AMONTONS_REQUIRE(within(s.forces[i], largest_load) && within(s.torques[i], largest_load),
                      who() + ": the external force or torque is not finite, or beyond 1e30 N or N m");
-  }
+  });
   const auto& controls = model.controls();
   for (std::size_t k = 0; k < s.controls.size(); ++k) {
     if (controls[k].actuator >= 0)

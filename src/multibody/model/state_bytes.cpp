@@ -103,6 +103,25 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
+template <class T>
+void copy_field(const T& from, T& to) {
+  to = from;
+}
+template <class T>
+void copy_field(const std::vector<T>& from, std::vector<T>& to) {
+  constexpr std::size_t run = std::max<std::size_t>(1, 1024 / sizeof(T));  // not tuned: about 1 kB
+  if (from.size() <= run || from.size() != to.size()) return void(to = from);
+  for (std::size_t first = 0; first < from.size(); first += run) {
+    const std::size_t bytes = std::min(run, from.size() - first) * sizeof(T);
+    if (std::memcmp(&from[first], &to[first], bytes) != 0) std::memcpy(&to[first], &from[first], bytes);
+  }
+}
+
+template <std::size_t... Fields>
+void copy_fields(const State& from, State& to, std::index_sequence<Fields...>) {
+  (copy_field(std::get<Fields>(fields_of(from)), std::get<Fields>(fields_of(to))), ...);
+}
+
 // Time and the number of steps are the first two fields.
 template <std::size_t... Fields>
 bool same_after_time(const State& a, const State& b, std::index_sequence<Fields...>) {
@@ -115,6 +134,10 @@ bool same_after_time(const State& a, const State& b, std::index_sequence<Fields.
 // order is that of the fields, so that the pose of the first body ends the comparison of a scene in motion.
 bool differ_in_time_alone(const State& a, const State& b) {
   return same_after_time(a, b, std::make_index_sequence<std::tuple_size_v<decltype(fields_of(a))> - 2>());
+}
+
+void copy_changes(const State& from, State& to) {
+  copy_fields(from, to, std::make_index_sequence<std::tuple_size_v<decltype(fields_of(from))>>());
 }
 
 std::vector<std::byte> state_to_bytes(const State& state) {

@@ -169,18 +169,20 @@ std::span<double> impulses_on_bodies(const Problem& problem, std::span<const dou
 }
 
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
-void add_moved(const Problem& problem, std::span<double> w, const double* rates, BodyVelocities& v) {
-  apply_masses(std::get<ContactSystem>(problem.A), w, rates);
-  for (std::size_t i = 0; i < v.size(); ++i) {
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, const Subset& walk,
+               BodyVelocities& v) {
+  apply_masses(std::get<ContactSystem>(problem.A), w, rates, walk);
+  walk.each(v.size(), [&](std::size_t i) {
     const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
-  }
+  });
 }
 
 // D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
-void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v) {
-  add_moved(problem, impulses_on_bodies(problem, x), nullptr, v);
+void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v,
+                    const Subset& walk) {
+  add_moved(problem, impulses_on_bodies(problem, x), nullptr, walk, v);
 }
 
 }  // namespace amontons

@@ -111,28 +111,29 @@ double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
 // the rows would agree except for rounding, but for torn joints this sum is only rounding.
 EnergyBalance along_mean(const EnergyInput& in) {
   static thread_local MeanVelocities mean;  // kept: a step allocates nothing
-  mean.all = in.start;
-  mean.moved.assign(in.start.size(), {});
-  double kinetic = 0, gravity = 0, recovered = 0, work = 0;
+  mean.all.resize(in.start.size());
+  mean.moved.resize(in.start.size());
+  double kinetic = 0, work = 0;
   bool driven = false;
-  for (std::size_t i = 0; i < mean.all.size(); ++i) {
+  in.walk.each(mean.all.size(), [&](std::size_t i) {
     const BodyVelocity& start = in.start[i];
     if (!in.model.is_dynamic(static_cast<Index>(i))) {
+      mean.all[i] = start;
+      mean.moved[i] = {};
       driven |= !(start.linear == Vec3{} && start.angular == Vec3{});
-      continue;
+      return;
     }
-    const double mass = in.model.description().bodies[i].mass;
     const BodyVelocity after = with_lag(in, i, in.after[i]);
     mean.all[i] =
         mean.moved[i] = {0.5 * (start.linear + after.linear), 0.5 * (start.angular + after.angular)};
     if (!in_tree(in, i)) work += inner_product(in, i, mean.all[i], in.after[i] - in.free[i]);
     kinetic += 0.5 * (inner_product(in, i, start, start) + inner_product(in, i, after, after));
-    gravity += 0.5 * mass * norm_squared(in.dt * in.model.description().gravity);
-    recovered += 0.5 * mass * in.recovery * in.recovery;
-  }
+  });
   work += work_on_trees(in, mean.moved);
+  const double fall = norm_squared(in.dt * in.model.description().gravity);
+  const double recovered = in.recovery * in.recovery;
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.three_digits * kinetic + gravity + recovered};
+          step::policy.three_digits * kinetic + 0.5 * in.model.total_mass() * (fall + recovered)};
 }
 
 // J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

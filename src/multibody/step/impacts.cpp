@@ -156,20 +156,24 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
   o.impacts.assign(step.model.joints(), JointWrench{});
   const double share = step.last / (2 * step.kick());
   static thread_local BodyVelocities middle, ahead;
-  middle = o.start;
-  ahead.assign(middle.size(), {});
-  for (std::size_t i = 0; i < middle.size(); ++i) {
-    if (!step.model.is_dynamic(static_cast<Index>(i))) continue;
+  const Subset& walk = step.walk.bodies;
+  middle.resize(o.start.size());
+  ahead.resize(o.start.size());
+  walk.each(middle.size(), [&](std::size_t i) {
+    middle[i] = o.start[i];
+    ahead[i] = {};
+    if (!step.model.is_dynamic(static_cast<Index>(i))) return;
     ahead[i] = {share * (o.free[i].linear - middle[i].linear), share * (o.free[i].angular - o.spins[i].mean)};
     o.start[i].linear += ahead[i].linear;
     o.start[i].angular += ahead[i].angular;
-  }
+  });
   const bool bounced = reflect(step, solver, state, o);
-  if (!bounced) o.start = middle;
-  for (std::size_t i = 0; bounced && i < middle.size(); ++i) {
+  walk.each(middle.size(), [&](std::size_t i) {
+    if (!bounced) o.start[i] = middle[i];
+    if (!bounced) return;
     o.start[i].linear -= ahead[i].linear;
     o.start[i].angular -= ahead[i].angular;
-  }
+  });
   return bounced;
 }
 

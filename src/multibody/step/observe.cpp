@@ -18,7 +18,7 @@ namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
-                        step.tree.number(), step.options.threads},
+                        step.tree.number(), step.options.threads, step.walk.bodies},
                        o.free, o.spins);
   if (step.tree.moves()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
 }
@@ -26,29 +26,29 @@ static void make_free_velocities(const StepSetting& step, Observed& o) {
 // The velocities with which contacts are foreseen: the free ones without efforts along joints. Such an effort
 // would turn a light link alone into the floor; its joints, which are not solved yet, pass it on to the heavy
 // ones.
-static void foresee(Observed& o) {
-  o.foreseen = o.free;
-  for (std::size_t i = 0; i < o.foreseen.size(); ++i) {
+static void foresee(const StepSetting& step, Observed& o) {
+  o.foreseen.resize(o.free.size());
+  step.walk.bodies.each(o.free.size(), [&](std::size_t i) {
+    o.foreseen[i] = o.free[i];
     o.foreseen[i].linear -= o.mobility[i].inverse_mass * o.efforts[i].force;
     o.foreseen[i].angular -= o.mobility[i].inverse_inertia * o.efforts[i].torque;
-  }
+  });
 }
 
-void place_for_report(const Model& model, const State& state, StepMemory& memory, Observed& o) {
-  place_bodies(model, state, o.frames, o.mobility, o.start);
-  memory.placed.positions = state.positions;
-  memory.placed.orientations = state.orientations;
+void place_for_report(const Model& model, const State& state, const Subset& walk, Observed& o) {
+  place_frames(model, state, o.frames, o.mobility, walk, 1);
+  place_velocities(model, state, walk, o.start);
 }
 
-// A step changes the mobility, so that frames are known for its first look alone. Velocities in the middle
-// replace those of all bodies that are not fixed.
-static void place_at_start(const StepSetting& step, const State& state, Observed& o) {
-  const Model& model = step.model;
-  auto& placed = step.memory.placed;
-  if (placed.positions != state.positions || placed.orientations != state.orientations)
-    place_bodies(model, state, o.frames, o.mobility, o.start, step.options.threads);
-  placed.positions.clear();
-  begin_in_the_middle(model, state, o.start);
+// Adds the impulses of the loads on bodies to those along joints, which are the efforts.
+static void add_body_loads(const StepSetting& step, Observed& o) {
+  const double kick = step.kick();
+  o.efforts.resize(o.loads.size());
+  step.walk.bodies.each(o.loads.size(), [&](std::size_t i) {
+    o.efforts[i] = o.loads[i];
+    o.loads[i].force += kick * o.held.forces[i];
+    o.loads[i].torque += kick * o.held.torques[i];
+  });
 }
 
 void observe(const StepSetting& step, StepClock& clock, State& state, Observed& o) {
@@ -57,7 +57,9 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   const Tree& tree = step.tree;
   const TreeSetting trees = o.tree_setting(step);
   place_trees(trees, state, o.trees);
-  place_at_start(step, state, o);
+  const Subset& walk = step.walk.bodies;
+  place_frames(model, state, o.frames, o.mobility, walk, step.options.threads);
+  begin_in_the_middle(model, state, walk, o.start);
   update_coordinates(model, o.frames, state, tree.without_rows());
   place_joints(model, o.frames, state, o.joints, tree.without_rows());
   place_tree_joints(trees, state, o.trees, o.joints);
@@ -66,23 +68,20 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   o.errors = {joint_error(model, o.joints), line_error(model, o.frames, state), 0};
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
   // added here.
-  o.loads.assign(model.bodies(), BodyImpulse{});
-  take_held_loads(state, step.last / (2 * kick), o.held);
+  o.loads.resize(model.bodies());
+  walk.each(model.bodies(), [&](std::size_t i) { o.loads[i] = {}; });
+  take_held_loads(state, step.last / (2 * kick), walk, o.held);
   add_motor_loads(model, o.joints, o.held.controls, kick, o.loads);
   add_joint_forces(step.tree, o.frames, o.joints, o.held.joint_forces, kick, o.loads);
   add_actuator_loads({model, state, o.held.controls, h}, o.frames, o.joints, o.start, kick, o.loads);
-  o.efforts = o.loads;
-  for (std::size_t i = 0; i < o.loads.size(); ++i) {
-    o.loads[i].force += kick * o.held.forces[i];
-    o.loads[i].torque += kick * o.held.torques[i];
-  }
+  add_body_loads(step, o);
   add_fluid_loads(model, o.bodies(), state, kick, o.loads, o.stopped);
   add_bond_loads(model, o.frames, state, kick, o.loads);
   make_free_velocities(step, o);
-  foresee(o);
+  foresee(step, o);
   clock.lap(&Timings::assembly);
   step.finder.find({model, o.frames, o.foreseen, h, step.margin, step.options.threads,
-                    step.options.pairs.get(), &step.asleep},
+                    step.options.pairs.get(), &step.asleep, step.walk},
                    o.contacts);
   find_known(model, state.contacts, o.frames, o.contacts, o.known);
   set_slipping_friction(model, state.contacts, o.known, o.contacts);
@@ -92,7 +91,8 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
 }
 
 void stiffen(const StepSetting& step, const State& state, const Observed& o, Stiffened& stiffened) {
-  stiffened.mobility = o.mobility;
+  stiffened.mobility.resize(o.mobility.size());
+  step.walk.bodies.each(o.mobility.size(), [&](std::size_t i) { stiffened.mobility[i] = o.mobility[i]; });
   stiffen_rotations(step.model, state, step.h * step.kick(), o.frames, o.joints, stiffened);
 }
 

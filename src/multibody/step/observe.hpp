@@ -21,12 +21,20 @@ struct PositionErrors {
 
 // Memory that the stages keep from step to step. No result depends on it.
 struct StepMemory {
-  // The poses for which frames and mobility hold already; empty: unknown.
-  struct {
-    std::vector<Vec3> positions;
-    std::vector<Quat> orientations;
-  } placed;
   TreeMemory trees;
+  std::vector<Index> changed;  // bodies with other bits in the state than at the start of the last step
+  // The number of the islands asleep of whose bodies the arrays of the stages hold the data; 0: of none.
+  std::uint64_t holds = 0;
+  // The bodies whose data a step beside these islands makes. It makes those of all bodies if the last step
+  // was not beside the same islands. This is the only rule: a set of islands that changes, a copy of a
+  // simulation, or an attempt that did not end, make a step that walks all.
+  Walked walk(const Sleepers& asleep) const { return holds == asleep.number ? asleep.walk() : Walked{}; }
+  // The same at the start of a step. Until its end the arrays are a mixture of two steps.
+  Walked begin(const Sleepers& asleep) {
+    const Walked all = walk(asleep);
+    holds = 0;
+    return all;
+  }
 };
 
 // Poses (frames) are those at the start of the step and stay. The velocities are separate arrays: at its
@@ -53,7 +61,7 @@ struct Observed {
 
 // Frames, mobility and velocities of the poses of the state, for the report of the step that led there. The
 // next step begins with these frames.
-void place_for_report(const Model& model, const State& state, StepMemory& memory, Observed& observed);
+void place_for_report(const Model& model, const State& state, const Subset& walk, Observed& observed);
 
 // Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
 // the state follow its poses.

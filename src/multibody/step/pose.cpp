@@ -103,9 +103,11 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   // coordinates already.
   posed.predicted.clear();
   if (!w.empty() && touching) {
-    posed.predicted = o.free;
-    add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), posed.predicted);
-    stop_asleep(step.asleep, posed.predicted);
+    const Subset& walk = step.walk.bodies;
+    posed.predicted.resize(o.free.size());
+    walk.each(o.free.size(), [&](std::size_t i) { posed.predicted[i] = o.free[i]; });
+    add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), walk, posed.predicted);
+    stop_asleep(step.asleep, walk, posed.predicted);
   }
   posed.turns.clear();
   if (!step.damped && !o.contacts.empty() && !clock.short_of_time) turn_ahead(step, o, posed);

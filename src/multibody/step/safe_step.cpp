@@ -25,7 +25,8 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .solution = solved.solution,
           .rows = posed.rows,
           .dt = step.options.dt,
-          .recovery = step.recovery};
+          .recovery = step.recovery,
+          .walk = step.walk.bodies};
 }
 
 // Velocities of impulses that were changed.

@@ -96,16 +96,20 @@ StepInstant Simulation::instant() const {
 
 // The user may have changed anything since the last step. A kick of another length wakes all.
 void Simulation::begin_step() {
-  wake_changed(*tree_, last_.before, state_, last_.asleep, last_.touching);
-  last_.before = state_;
-  begin_with_velocities(*model_, state_);
+  // Any body may be the user's work if none sleeps. The others were valid before the last step.
+  std::vector<Index>& changed = scratch_->memory.changed;
+  if (last_.asleep.any()) find_changed(last_.before, state_, changed);
+  validate(*model_, state_, last_.asleep.any() ? Subset{&changed} : Subset{});
+  if (last_.asleep.any()) wake_changed(*tree_, last_.before, state_, changed, last_.asleep, last_.touching);
+  copy_changes(state_, last_.before);
+  begin_with_velocities(*model_, last_.asleep.walk().bodies, state_);
   if (state_.last_step != options_.dt || state_.impulse_step != options_.dt)
     wake_all(last_.asleep, last_.touching);
 }
 
 void Simulation::put_back() {
   state_ = last_.before;
-  begin_with_velocities(*model_, state_);
+  begin_with_velocities(*model_, {}, state_);
 }
 
 void Simulation::forget_whole() {
@@ -167,7 +171,7 @@ void Simulation::begin_with_shown(bool steady) {
   amontons::begin_with_shown(state_);
   if (!steady) return;
   state_.last_step = options_.dt;
-  keep_held_loads(state_);
+  keep_held_loads({}, state_);
 }
 
 // Automatic options are derived from the model, not from the state, so that they stay constant during a run.
@@ -218,8 +222,6 @@ void Simulation::make_step(Report& report) {
   if (last_.changed_nothing && repeat_step(report)) return;
   last_.changed_nothing = last_.has_energies = false;
   forget_whole();
-  // The user may have written into the state since the last step.
-  validate(*model_, state_);
   StepClock clock(options_.budget, last_.to_reserve);
   begin_step();
   const double before = state_.last_step;
@@ -304,9 +306,10 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   clock.timings = report.timings;
   Observed& o = scratch_->observed;
-  place_for_report(*model_, state_, scratch_->memory, o);
+  const Subset walk = scratch_->memory.walk(last_.asleep).bodies;
+  place_for_report(*model_, state_, walk, o);
   static const std::vector<unsigned char> none;
-  add_energies(*model_, report.advanced ? tree_->without_rows() : none, state_, o, report);
+  add_energies(*model_, walk, report.advanced ? tree_->without_rows() : none, state_, o, report);
   if (last_.changed_nothing) {
     last_.report = report;
     last_.has_energies = true;
@@ -350,12 +353,13 @@ static void fill_reactions(const Observed& o, const State& state, std::vector<Jo
 
 // Swaps and exchanges, so that both arrays of each kind keep their memory. The memory of the last problem is
 // taken if nothing else holds it: a problem that was handed out never changes.
-void Simulation::keep_results(double joint_error) {
+void Simulation::keep_results(double joint_error, const Subset& walk) {
   auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
   fill_reactions(observed, state_, last_.reactions);
   last_.begun = state_.time;
-  last_.stood.clear();
-  for (const BodyFrame& body : observed.frames) last_.stood.push_back(body.pose);
+  last_.stood.resize(observed.frames.size());
+  walk.each(last_.stood.size(), [&](std::size_t i) { last_.stood[i] = observed.frames[i].pose; });
+  scratch_->memory.holds = last_.asleep.number;
   last_.joint_error = joint_error;
   std::swap(last_.contacts, observed.contacts);
   std::swap(last_.solve.x, solved.solution.x);

@@ -25,6 +25,12 @@
 // scene have zeros of those asleep, as the work along mean velocities has. Their velocities without impulses
 // are known, so that a look ahead compares the same changes.
 //
+// Stages write arrays with an entry per body or geom. A step visits the bodies awake alone (Walked), because
+// the entries of the others are those that it would write. Only the first step beside a set of islands visits
+// all. Some passes over all bodies remain. Users may change any entry of the state, so that it is compared
+// with the last one, and what differs is copied. The potential energy is a sum over all. The products of the
+// problem have all bodies, with zeros for those that no row touches.
+//
 // Impulses in the frame of a contact and back would carry over rounding from step to step. Contacts of
 // islands at rest keep those of the state (step/move_on).
 #include "multibody/step/sleep.hpp"
@@ -78,6 +84,23 @@ bool is_before(const Contact& a, const Contact& b) { return in_order(a) < in_ord
 
 bool has_impulse(const Contact& c) { return !(c.impulse == Vec3{}); }
 
+void list_walked(const Model& model, Sleepers& s) {
+  std::vector<unsigned char> walked(model.bodies());
+  for (std::size_t i = 0; i < walked.size(); ++i) walked[i] = s.group[i] < 0;
+  for (const Joint& joint : model.description().joints)
+    for (const Index body : {joint.body_a, joint.body_b})
+      if (body >= 0) walked[static_cast<std::size_t>(body)] = 1;
+  s.number = next_number();
+  s.walked.clear();
+  s.walked_geoms.clear();
+  for (std::size_t i = 0; i < walked.size(); ++i)
+    if (walked[i]) s.walked.push_back(static_cast<Index>(i));
+  const auto& geoms = model.description().geoms;
+  for (std::size_t g = 0; g < geoms.size(); ++g)
+    if (geoms[g].body >= 0 && walked[static_cast<std::size_t>(geoms[g].body)])
+      s.walked_geoms.push_back(static_cast<Index>(g));
+}
+
 // Makes what follows from the contacts asleep, and from the groups that sleep.
 void count(const Model& model, Sleepers& s) {
   if (std::none_of(s.groups.begin(), s.groups.end(), [](const Sleepers::Group& g) { return g.sleeps; })) {
@@ -101,6 +124,7 @@ void count(const Model& model, Sleepers& s) {
     for (const Index body : {joint.body_a, joint.body_b})
       if (s.joints[j] && body >= 0 && !model.is_dynamic(body)) s.bears[static_cast<std::size_t>(body)] = 1;
   }
+  list_walked(model, s);
   // Groups that woke leave no number behind.
   std::vector<Index> number(s.groups.size(), -1);
   Index kept = 0;
@@ -264,9 +288,13 @@ std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sl
   return found;
 }
 
-void wake_changed(const Tree& tree, const State& before, const State& now, Sleepers& s,
-                  std::vector<GeomPair>& touching) {
-  if (!s.any()) return;
+void find_changed(const State& before, const State& now, std::vector<Index>& changed) {
+  changed.clear();
+  for_each_changed(before, now, [&](std::size_t i) { changed.push_back(static_cast<Index>(i)); });
+}
+
+void wake_changed(const Tree& tree, const State& before, const State& now, std::span<const Index> changed,
+                  Sleepers& s, std::vector<GeomPair>& touching) {
   const Model& model = tree.model();
   bool any = false, all = false;
   const auto wake_one = [&](Index body) {
@@ -274,13 +302,12 @@ void wake_changed(const Tree& tree, const State& before, const State& now, Sleep
     s.groups[static_cast<std::size_t>(s.group[static_cast<std::size_t>(body)])].sleeps = false;
     any = true;
   };
-  for (std::size_t i = 0; i < model.bodies(); ++i)
-    s.stays[i] = s.stays[i] != 0 || !model.is_dynamic(static_cast<Index>(i));
-  for_each_changed(before, now, [&](std::size_t i) {
-    wake_one(static_cast<Index>(i));
-    s.stays[i] = 0;
-    all = all || s.bears[i];
-  });
+  for (const Index i : s.walked) s.stays[i] = s.stays[i] != 0 || !model.is_dynamic(i);
+  for (const Index i : changed) {
+    wake_one(i);
+    s.stays[static_cast<std::size_t>(i)] = 0;
+    all = all || s.bears[static_cast<std::size_t>(i)];
+  }
   for (std::size_t j = 0; j < s.joints.size(); ++j) {
     if (!s.joints[j] || same_joints(model, before, now, j)) continue;
     wake_one(model.joint(static_cast<Index>(j)).body_a);
@@ -305,9 +332,10 @@ void wake_all(Sleepers& s, std::vector<GeomPair>& touching) {
   s = {};
 }
 
-void stop_asleep(const Sleepers& s, BodyVelocities& v) {
-  for (std::size_t i = 0; i < s.group.size(); ++i)
+void stop_asleep(const Sleepers& s, const Subset& walk, BodyVelocities& v) {
+  walk.each(s.group.size(), [&](std::size_t i) {
     if (s.group[i] >= 0) v[i] = {};
+  });
 }
 
 void carry_asleep(const Sleepers& s, std::vector<CarriedContact>& carried) {

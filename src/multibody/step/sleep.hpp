@@ -21,18 +21,20 @@ struct StepAtRest {
 // `contacts`. Returns how many of the contacts found at first remain.
 std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sleepers& asleep);
 
-// Wakes the islands of which something changed since `before`, the beginning of the last step. It may be a
-// pose, a velocity, a load, a control, an impulse in the state, or a driven body on which they lie. Appends
-// to `touching` the pairs of those that woke.
-void wake_changed(const Tree& tree, const State& before, const State& now, Sleepers& asleep,
-                  std::vector<GeomPair>& touching);
+// Bodies with other bits in the state than at the beginning of the last step: a pose, a velocity, a load.
+void find_changed(const State& before, const State& now, std::vector<Index>& changed);
+// Wakes the islands of these bodies, and those of which something else changed since then: a control, an
+// impulse in the state, or a driven body on which they lie. Appends to `touching` the pairs of those that
+// woke.
+void wake_changed(const Tree& tree, const State& before, const State& now, std::span<const Index> changed,
+                  Sleepers& asleep, std::vector<GeomPair>& touching);
 // Wakes the islands of these bodies.
 void wake(const Model& model, std::span<const Index> bodies, Sleepers& asleep,
           std::vector<GeomPair>& touching);
 void wake_all(Sleepers& asleep, std::vector<GeomPair>& touching);
 
 // The velocities of bodies asleep after any step.
-void stop_asleep(const Sleepers& asleep, BodyVelocities& v);
+void stop_asleep(const Sleepers& asleep, const Subset& walk, BodyVelocities& v);
 // Inserts their impulses into those of the contacts awake that the state carries over. Both ascend by pairs.
 void carry_asleep(const Sleepers& asleep, std::vector<CarriedContact>& carried);
 // Appends the impulses along their joints, which have no rows.

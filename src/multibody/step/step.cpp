@@ -20,20 +20,23 @@ namespace amontons {
 namespace {
 
 // Speeds of bodies, with points at this distance from their centres.
-Speeds fastest(const BodyVelocities& velocities, double distance) {
+Speeds fastest(const BodyVelocities& velocities, const Subset& walk, double distance) {
   Speeds most;
-  for (const BodyVelocity& v : velocities) {
-    most.moving = std::max(most.moving, norm(v.linear));
-    most.turning = std::max(most.turning, distance * norm(v.angular));
-  }
+  walk.each(velocities.size(), [&](std::size_t i) {
+    most.moving = std::max(most.moving, norm(velocities[i].linear));
+    most.turning = std::max(most.turning, distance * norm(velocities[i].angular));
+  });
   return most;
 }
 
 // A body with a velocity that is not finite would corrupt all bodies that it touches, so the step is undone.
-bool all_finite(const BodyVelocities& velocities) {
-  return std::all_of(velocities.begin(), velocities.end(), [](const BodyVelocity& v) {
-    return within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
+bool all_finite(const BodyVelocities& velocities, const Subset& walk) {
+  bool finite = true;
+  walk.each(velocities.size(), [&](std::size_t i) {
+    const BodyVelocity& v = velocities[i];
+    finite = finite && within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
   });
+  return finite;
 }
 
 // A report counts islands asleep as every other: a caller must not see whether a step left them out.
@@ -77,6 +80,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
                          .tree = *tree_,
                          .options = options_,
                          .asleep = last_.asleep,
+                         .walk = kept.begin(last_.asleep),
                          .finder = finder,
                          .memory = kept,
                          .h = h,
@@ -97,7 +101,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (wakes(false)) return Outcome::woken;  // a correction moves all that touches what moves
   const bool corrected = correct(step, clock, *scratch_, state_, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
-  Speeds speeds = fastest(observed.start, model.length());
+  Speeds speeds = fastest(observed.start, step.walk.bodies, model.length());
   speeds.moving += h * norm(model.description().gravity);
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
   // Each kind of problem has a memory of its own, because it keeps the pattern of the last one.
@@ -126,10 +130,10 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   add_sleepers(last_.asleep, report);
   const double joint_error = std::max(errors.joint.distance, model.length() * errors.joint.angle);
   report.joints_close = joint_error < last_.joint_error;
-  if (!all_finite(solved.after)) return Outcome::not_finite;
+  if (!all_finite(solved.after, step.walk.bodies)) return Outcome::not_finite;
   // 8.
   move_on(step, posed, solved, observed, state_);
-  keep_results(joint_error);
+  keep_results(joint_error, step.walk.bodies);
   last_.beside_sleepers = last_.asleep.any();
   last_.found = found;
   const bool sound = sums.status == Status::converged && solved.balance.holds();

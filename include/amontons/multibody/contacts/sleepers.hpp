@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/multibody/joints/rows.hpp"
 #include "amontons/multibody/model/state.hpp"
 #include "amontons/problem/contact.hpp"
@@ -26,6 +27,14 @@ struct SquaredMaps {
   double residual() const;  // that of two zeros is zero
 };
 
+// Bodies, and the geoms on them, that the stages of a step visit: so its cost follows those awake. Those left
+// out are asleep, and arrays of the stages hold their data. These have the bits of the last step, because all
+// that they depend on has: poses, loads and velocities. Their velocities after a step are zero, as are those
+// at its start, so that they add nothing to energies, errors and largest speeds.
+struct Walked {
+  Subset bodies, geoms;
+};
+
 // Islands that a step leaves out, because their result is that of the last step to the bit (step/sleep.hpp).
 // No contact and no joint joins two of them.
 struct Sleepers {
@@ -43,6 +52,10 @@ struct Sleepers {
     Index body;
     std::array<double, 6> impulse;
   };
+  std::uint64_t number = 0;  // of this set of islands: no other one of the process has it
+  // The bodies that a step walks, and the geoms on them: those awake, and those with joints. Loads along
+  // joints and the rates of trees follow for all joints together.
+  std::vector<Index> walked, walked_geoms;
   std::vector<Group> groups;
   std::vector<Index> group;          // per body, -1: awake; empty: nothing sleeps
   std::vector<unsigned char> stays;  // per body: asleep, or impulses do not move it and it did not move
@@ -64,6 +77,7 @@ struct Sleepers {
     return !any() || (closing == closing_now && slack == slack_now);
   }
   bool any() const { return !group.empty(); }
+  Walked walk() const { return any() ? Walked{{&walked}, {&walked_geoms}} : Walked{}; }
   std::size_t bodies() const {
     return static_cast<std::size_t>(
         std::count_if(group.begin(), group.end(), [](Index g) { return g >= 0; }));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <vector>
 
+#include "amontons/base/parts.hpp"
 #include "amontons/multibody/model/model.hpp"
 
 namespace amontons {
@@ -103,7 +104,7 @@ struct State {
 };
 
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose
-// orientation is not a unit quaternion within 1e-6.
-void validate(const Model& model, const State& state);
+// orientation is not a unit quaternion within 1e-6. It looks at the bodies of `changed` and at all controls.
+void validate(const Model& model, const State& state, const Subset& changed = {});
 
 }  // namespace amontons

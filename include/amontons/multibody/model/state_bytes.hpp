@@ -17,5 +17,7 @@ void state_from_bytes(std::span<const std::byte> bytes, State& state);
 // Whether two states of one model have the same bits, apart from the time and the number of steps. It reads
 // up to the first difference.
 bool differ_in_time_alone(const State& a, const State& b);
+// Makes `to` a copy of `from`. It writes what differs alone, which is little if most bodies rest.
+void copy_changes(const State& from, State& to);
 
 }  // namespace amontons
