@@ -127,16 +127,17 @@ void IslandSolver::find_faces() {
   }
 }
 
-// Sweeps from the best x, with as much work as the Newton step that failed.
+// Sweeps from the best x, in about the time of the Newton step that failed, which is what they are charged. A
+// sweep multiplies whole rows of W by x: some of these multiplications take the time of one in a Newton step.
 void IslandSolver::settle() {
   if (!swept_) sweeps_.start(*island_, law_, p_);
   const std::uint64_t begin = swept_ ? sweeps_.work() : 0;
   swept_ = true;
   x_ = best_;
   sweeps_.begin_at(x_);
-  const std::uint64_t end = sweeps_.work() + newton_.work();
+  const std::uint64_t end = sweeps_.work() + direct::policy.sweeps_per_step * newton_.work();
   while (sweeps_.work() < end) sweeps_.sweep(x_);
-  work_ += sweeps_.work() - begin;
+  work_ += (sweeps_.work() - begin) / direct::policy.sweeps_per_step;
   evaluate(x_, u_);
   keep_better(x_, u_);
 }
@@ -168,7 +169,7 @@ void IslandSolver::follow_curve() {
   if (result_.map > limits_.aim) find_faces();
 }
 
-// Starts with x o w = t e, where t is the root mean square of the blocks' errors in the units of the curve.
+// Starts with x o w = t e, where t is the largest error of a block in the units of the curve.
 //
 // In these units impulses and velocities are of order one. On the curve a contact that carries 1 has a
 // velocity of t. An open one with a velocity of 1 has an impulse of t. Both differ from the solution by about
@@ -183,25 +184,23 @@ bool IslandSolver::start_near() {
   trial_u_ = u_;
   system_.units().from_impulses(trial_);
   system_.units().from_velocities(trial_u_);
-  double sum = 0;
+  double t = second_order::policy.rounding;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
     add_de_saxce_term(set, law_, &u_[row], g);
-    const double unit = system_.units().of_x()[block];
-    sum += natural_map_squared(set, p_[block], &best_[row], g) / (p_[block] * unit * unit);
+    t = std::max(t, std::sqrt(natural_map_squared(set, p_[block], &best_[row], g) / p_[block]) /
+                        system_.units().of_x()[block]);
   });
-  const double t = std::sqrt(sum / static_cast<double>(p_.size()));
-  return t < 1 && curve_.start_near(system_, island_->K, law_, trial_, trial_u_,
-                                    std::max(t, second_order::policy.rounding));
+  return t < 1 && curve_.start_near(system_, island_->K, law_, trial_, trial_u_, t);
 }
 
-// Returns whether the target is reached. `near`: the curve is left where t rises above its start. At most
-// folds it rises less. Nearly all Newton steps fail as long as faces change. Where t falls faster than in the
-// step before, one may take the place of the last steps along the curve, which cost more.
+// Returns whether the target is reached. `near`: the curve is left where t has risen by half of its fall, in
+// digits; at most folds it rises less. Nearly all Newton steps fail as long as faces change. Where t falls
+// faster than in the step before, one may take the place of the last steps along the curve, which cost more.
 bool IslandSolver::follow(bool near) {
   const double first = curve_.t(), end = second_order::policy.rounding * second_order::policy.rounding;
-  double before = first, fall = 0;
-  for (std::size_t i = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
+  double least = first, before = first, fall = 0;
+  for (std::size_t i = 0, tried = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += system_.work();
@@ -211,9 +210,12 @@ bool IslandSolver::follow(bool near) {
     evaluate(x_, u_);
     keep_better(x_, u_);
     const double t = curve_.t();
-    if ((near && t > first) || t < end) break;
-    if (t < fall * before && is_unsolved() && newton_step()) keep_better(x_, u_);
+    if ((near && t * t > first * least) || t < end) break;
+    const bool faster = t < fall * before && tried < direct::policy.stale_steps;
+    if (faster && is_unsolved() && newton_step()) keep_better(x_, u_);
+    tried += faster;
     fall = t / before;
+    least = std::min(least, t);
     before = t;
   }
   return result_.map <= limits_.target;

@@ -29,12 +29,15 @@ struct Policy {
 
   // Search for faces.
 
-  // Newton steps (count): that may pass without a better x, in all. With 4 islands that need the curve take a
-  // tenth more factorisations (`benchmarks/robots.py --fall`).
-  std::size_t stale_steps = 2;
+  // Newton steps (count): that may pass without a better x, in all. With 5 a body leaves its room in steps of
+  // 20 iterations (test_step_limits).
+  std::size_t stale_steps = 4;
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
   // of freedom of the bodies. It changes their impulses by no more than the tolerance.
   double proximal = 1e-7;
+  // Sweeps after a failed Newton step (multiplications for one of that step): they are a limit of work; half
+  // and twice are flat in benchmarks/sensitivity.py.
+  std::size_t sweeps_per_step = 2;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most runs of robots on the floor (`benchmarks/robots.py --fall`).
   int projections = 3;
