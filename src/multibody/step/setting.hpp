@@ -20,8 +20,8 @@ struct StepSetting {
   const Tree& tree;
   const SimulationOptions& options;
   const Sleepers& asleep;  // islands that the step leaves out
-  Walked walk;
-  ContactFinder& finder;  // memory of the searches: later ones of a step go on from the first
+  Walked walk;             // bodies and geoms whose data the stages make
+  ContactFinder& finder;   // memory of the searches: later ones of a step go on from the first
   StepMemory& memory;
   double h;             // s, of this part of the step; options.dt is the whole step
   double last;          // s, of the one before; 0: there is none that this one continues
