@@ -208,8 +208,8 @@ wheels-test: install
 	@$(BIN)/python tools/wheels_test.py --targets $(RUNS) --jobs $(JOBS) $(PYTHONS)
 
 # A few sources for other systems, compiled and linked.
-cross: .venv/.zig
-	@.venv/zig/bin/python tools/cross_check.py
+cross: install .venv/.zig
+	@$(BIN)/python tools/cross_check.py .venv/zig/bin/python
 
 .venv/.zig: | .venv/.requirements
 	@$(PYTHON) -m venv .venv/zig && .venv/zig/bin/python -m pip install --quiet --progress-bar off 'ziglang>=0.13'

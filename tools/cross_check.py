@@ -1,10 +1,11 @@
 """Compiles and links for other systems what most easily fails there: half a minute, for .ci/run.
 
-    python tools/cross_check.py
+    python tools/cross_check.py [PYTHON]
 
-With Clang of the PyPI package ziglang: for aarch64 Linux the kernels and the layer base, linked into a shared
-library; for Windows the sources with a branch of its own. The C++ runtime is left out, as compiling it takes
-minutes: what needs it stays undefined in the shared library. `make wheels` compiles and links everything.
+With Clang of the PyPI package ziglang, found in PYTHON (by default the interpreter that runs this): for aarch64
+Linux the kernels and the layer base, linked into a shared library; for Windows the sources with a branch of its own.
+The C++ runtime is left out, as compiling it takes minutes: what needs it stays undefined in the shared library.
+`make wheels` compiles and links everything.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def run(command: list[object]) -> None:
 
 
 def main() -> None:
-    begin, zig = time.monotonic(), zig_program()
+    begin, zig = time.monotonic(), zig_program(*sys.argv[1:2])
     OUT.mkdir(parents=True, exist_ok=True)
     jobs = [(name, source) for name, sources in SOURCES.items() for source in sources]
     with ThreadPoolExecutor(2) as pool:
