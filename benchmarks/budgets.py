@@ -13,7 +13,7 @@ from statistics import median
 from time import thread_time
 from typing import Any
 
-from common import arguments, begin, tracked, write_csv
+from common import arguments, begin, fill
 from simulation import Task
 
 RUNS = (
@@ -56,15 +56,10 @@ def steps(task: Task, budget: float, most: int | None) -> dict[str, Any]:
 
 def main() -> None:
     options = begin(arguments(__doc__).parse_args())
-    rows = []
     tasks = [(task, budget) for task, budgets in RUNS for budget in budgets]
-    for task, budget in tracked(tasks, "budgets"):
-        rows.append({"scene": task.name} | steps(task, budget, QUICK if options.quick else None))
-    write_csv(options.out / "budgets.csv", rows)
-    for r in rows:
-        ended = f"{r['in_time']} of {r['times']} in the time of {1e3 * r['limit']:.3g} ms"
-        late = f"the last {1e3 * r['late_worst']:.2g} ms late, {1e3 * r['penetration']:.2g} mm deep"
-        print(f"budgets: {r['scene']}: {ended}, {late}")
+    most = QUICK if options.quick else None
+    show = "scene limit times in_time late_worst penetration"
+    fill(options.out / "budgets.csv", tasks, lambda one: [{"scene": one[0].name} | steps(*one, most)], show)
 
 
 if __name__ == "__main__":

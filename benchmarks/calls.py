@@ -21,7 +21,7 @@ from time import process_time
 
 import amontons
 from amontons.shapes import Box, Capsule
-from common import ROOT, arguments, begin, told, write_csv
+from common import ROOT, Row, arguments, begin, fill
 
 PARTS, CALLS, QUICK = 7, 400, 40
 STEP = "the same step again"
@@ -140,9 +140,12 @@ def import_time(module: str, runs: int = 20) -> float:
 
 def main() -> None:
     options = begin(arguments(__doc__).parse_args())
-    count, rows = QUICK if options.quick else CALLS, []
-    walking = robots(options.data)
-    for name, model in {"arm of 7 hinges": arm(), "box on a floor": box(), **walking}.items():
+    count, walking = QUICK if options.quick else CALLS, robots(options.data)
+
+    def rows(item: tuple[str, amontons.Model | None]) -> list[Row]:
+        name, model = item
+        if model is None:
+            return [{"model": "", "call": f"import {name}", "microseconds": 1e6 * import_time(name)}]
         simulation = amontons.Simulation(replace(model, trees="auto"), dt=2e-3)
         for _ in range(150):
             simulation.step()
@@ -150,21 +153,12 @@ def main() -> None:
         step = seconds[STEP]
         if name not in walking:
             seconds |= least_times(calls(simulation), count)
-        rows += [
-            {"model": name, "call": call, "microseconds": 1e6 * time, "steps": time / step}
-            for call, time in seconds.items()
-        ]
-    rows += [
-        {"model": "", "call": f"import {module}", "microseconds": 1e6 * import_time(module), "steps": ""}
-        for module in ("numpy", "amontons")
-    ]
-    cells = [
-        (f"{r['model']}, {r['call']}", f"{r['microseconds']:.1f}", f"{r['steps']:.2f}" if r["steps"] else "")
-        for r in rows
-    ]
-    told("model, call", ("microseconds", "steps"), cells)
-    write_csv(options.out / "calls.csv", rows)
-    print(f"written to {options.out / 'calls.csv'}")
+        return [{"model": name, "call": call, "microseconds": 1e6 * time, "steps": time / step}
+                for call, time in seconds.items()]  # fmt: skip
+
+    models = {"arm of 7 hinges": arm(), "box on a floor": box(), **walking}
+    items = [*models.items(), ("numpy", None), ("amontons", None)]
+    fill(options.out / "calls.csv", items, rows, "model call microseconds steps")
 
 
 if __name__ == "__main__":

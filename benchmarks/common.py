@@ -11,7 +11,8 @@ import shlex
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from datetime import date
 from functools import cache
 from pathlib import Path
@@ -33,7 +34,7 @@ TABLES = RESULTS / "processor"
 FIGURES = ROOT / "docs" / "figures"
 SAMPLE = ROOT / "out" / "bench"
 """Where quick runs, and runs without the data folder, leave their results."""
-
+Row = dict[str, Any]
 
 SHARE = 0.25
 """of the range of a control: how far random ones are from its middle at most"""
@@ -108,12 +109,11 @@ def control_range(drive: Any) -> tuple[float, float]:
     return (low, high) if np.isfinite(high - low) else (-1.0, 1.0)
 
 
-def told(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Prints a table: texts to the left, what `header` names to the right."""
+def told(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Prints a table: texts of the first column to the left, those of the others to the right."""
     table = Table(box=None, header_style="bold", padding=(0, 1))
-    table.add_column(title)
-    for name in header:
-        table.add_column(name, justify="right")
+    for k, name in enumerate(header):
+        table.add_column(name, justify="right" if k else "left")
     for row in rows:
         table.add_row(*row)
     Console(width=max(120, 24 + 18 * len(header))).print(table)
@@ -126,19 +126,13 @@ def read(path: Path) -> amontons.vi.Problem:
         return amontons.vi.read_problem(path)
 
 
-def progress() -> Progress:
-    return Progress(
-        TextColumn("{task.description:10s}"), BarColumn(24), MofNCompleteColumn(), TimeElapsedColumn(),
-        TextColumn("{task.fields[item]}"),
-    )  # fmt: skip
-
-
 def tracked(items: Sequence[Any], description: str) -> Iterator[Any]:
     """Yields the items behind a progress bar that names the current one."""
-    with progress() as bar:
+    parts = (TextColumn("{task.description:10s}"), BarColumn(24), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*parts, TextColumn("{task.fields[item]}")) as bar:
         task = bar.add_task(description, total=len(items), item="")
         for item in items:
-            bar.update(task, item=str(getattr(item, "name", item)))
+            bar.update(task, item=str(getattr(item, "name", item))[:60])
             yield item
             bar.advance(task)
         bar.update(task, item="")
@@ -192,7 +186,28 @@ def command() -> str:
     return shlex.join(["python", *how, *(w for w in words if w not in folders)])
 
 
-def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
+def fill(
+    path: Path, items: Sequence[Any], rows_of: Callable[[Any], Iterable[Row]], show: str = "", jobs: int = 1
+) -> list[Row]:
+    """The rows of all items behind a progress bar, written as they come. Prints the columns of `show`."""
+    rows: list[Row] = []
+    with ThreadPoolExecutor(jobs) as pool:
+        found = pool.map(rows_of, items) if jobs > 1 else map(rows_of, items)
+        for _, some in zip(tracked(items, path.stem), found, strict=True):
+            for row in some:
+                rows.append(row)
+                write_csv(path, rows)
+    if show:
+        told(show.split(), [[shown(row.get(key)) for key in show.split()] for row in rows])
+    print(f"{len(rows)} rows in {path}")
+    return rows
+
+
+def shown(value: Any) -> str:
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def write_csv(path: Path, rows: Iterable[Row]) -> None:
     """The rows as a table of results, and its origin in tables.csv beside it."""
     write_rows(path, rows)
     known = {row["table"]: row for row in read_csv(path.with_name(ORIGINS))}
@@ -201,12 +216,13 @@ def write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     write_rows(path.with_name(ORIGINS), [known[name] for name in sorted(known)])
 
 
-def write_rows(path: Path, rows: Iterable[dict[str, Any]]) -> None:
-    """The rows, which have the same keys, as a CSV file with a header; floats with the digits that matter."""
+def write_rows(path: Path, rows: Iterable[Row]) -> None:
+    """The rows as a CSV file with a header, blank where a row lacks a column; floats with eight digits."""
     rows = list(rows)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
+        columns = dict.fromkeys(key for row in rows for key in row)
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
         for row in rows:
             writer.writerow({key: f"{v:.8g}" if isinstance(v, float) else v for key, v in row.items()})

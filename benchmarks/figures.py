@@ -9,25 +9,30 @@ the programs that their pages name. Methods and engines have one colour each in 
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from amontons.report.figures import STYLES
-from beside import figure as engines
 from common import EXAMPLES, FIGURES, ROOT, TABLES, shrink
 from matplotlib.ticker import LogLocator, NullFormatter
 from targets import PROFILE_KEYS, ratio
 from views import Results
 
-Row = dict[str, str]
-LINES = {"amontons, 1e-6": ("#c1272d", "o", "-"), "amontons, 1e-3": ("#e58a8d", "v", "-"),
-         "MuJoCo": (engines.COLOURS["mujoco"], "s", "-")}  # fmt: skip
+Row = Mapping[str, Any]
+COLOURS = {
+    "amontons": "#c1272d", "mujoco": "#0072b2", "drake": "#8c6bb1", "dart": "#e69f00", "pybullet": "#009e73",
+    "rapier": "#56b4e9", "newton": "#7f7f7f", "exudyn": "#000000",
+}  # fmt: skip
+LINES = {"amontons, 1e-6": (COLOURS["amontons"], "o", "-"), "amontons, 1e-3": ("#e58a8d", "v", "-"),
+         "MuJoCo": (COLOURS["mujoco"], "s", "-")}  # fmt: skip
 """Colour, marker and line of the engines whose growth is drawn."""
 SIZES = {"wall, rows": "rows of 10 bricks", "plates 1:100": "plates",
          "20 plates, mass ratio": "mass ratio", "chain, links": "links",
@@ -36,10 +41,12 @@ COMPARED = ("lattice", "plates", "wall_impact")
 """Problems of examples/problems that convergence.png shows."""
 LARGEST = 30
 """times the time of the fastest: where the profile ends"""
+ERRORS = (1e-3, 1e-4)
+"""m: of the performance profile of engines."""
 
 
-def save(path: Path) -> None:
-    plt.savefig(path, dpi=100, facecolor="white")
+def save(path: Path, dpi: int = 100) -> None:
+    plt.savefig(path, dpi=dpi, facecolor="white")
     plt.close()
     shrink(path)
 
@@ -78,13 +85,10 @@ def profile(rows: Sequence[Row], path: Path) -> None:
     solved = [row for row in rows if any(row[method] for method in methods)]
     plt.figure(figsize=(6.5, 4), layout="constrained")
     for method in methods:
-        ratios = np.sort([ratio(row, method, methods) for row in solved])
-        ratios = ratios[np.isfinite(ratios)]
-        share = np.arange(1, len(ratios) + 1) / max(1, len(solved))
         colour, line = STYLES[method]
-        plt.step([1, *ratios, 1e3], [0, *share, share[-1] if len(share) else 0], where="post", label=method,
-                 color=colour, linestyle="-" if method == "auto" else line,
-                 linewidth=2.4 if method == "auto" else 1.3)  # fmt: skip
+        steps([ratio(row, method, methods) for row in solved], plt, [1], 1e3, label=method, color=colour,
+              linestyle="-" if method == "auto" else line,
+              linewidth=2.4 if method == "auto" else 1.3)  # fmt: skip
     plt.xscale("log")
     plt.xlim(1, LARGEST)
     plt.ylim(0, 1.01)
@@ -96,47 +100,105 @@ def profile(rows: Sequence[Row], path: Path) -> None:
     save(path)
 
 
+def steps(costs: Sequence[float], axes: Any, first: list[float], last: float, **style: Any) -> None:
+    """The share of the costs that are at most so large, from those on that no cost is below."""
+    kept = np.sort([cost for cost in costs if math.isfinite(cost)])
+    share = [0] * len(first) + [*(np.arange(1, len(kept) + 1) / max(1, len(costs)))]
+    axes.step([*first, *kept, last], [*share, share[-1] if share else 0], where="post", **style)
+
+
+def beside(rows: Sequence[Row], path: Path) -> None:
+    """For each engine the share of the scenes in which it stays below an error within a cost."""
+    rows = [row for row in rows if str(row["off"]) != ""]
+    if not rows:
+        return
+    figure, panels = plt.subplots(1, len(ERRORS), figsize=(10, 3.8), sharey=True, layout="constrained")
+    ran = {name: {r["scene"] for r in rows if r["family"] == name} for name in COLOURS}
+    for axes, bound in zip(panels, ERRORS, strict=True):
+        for family in filter(ran.get, COLOURS):
+            steps(costs(rows, family, bound), axes, [], 1e5, color=COLOURS[family])
+        axes.set(xscale="log", xlim=(1e-1, 1e5), ylim=(0, 1.02), xlabel="ms per simulated second")
+        axes.set_title(f"error below {1e3 * bound:g} mm", fontsize=9)
+        axes.grid(True, alpha=0.25)
+    panels[0].set_ylabel("share of the scenes")
+    # An engine lacks the joints or shapes of some scenes.
+    count = len(set().union(*ran.values()))
+    handles = [
+        plt.Line2D([], [], color=COLOURS[name], label=f"{label(name)}: ran {len(scenes)} of {count}")
+        for name, scenes in ran.items()
+        if scenes
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=9, frameon=False)
+    save(path, dpi=90)
+
+
+def label(family: str) -> str:
+    names = {"mujoco": "MuJoCo", "dart": "DART", "pybullet": "PyBullet", "newton": "Newton Kamino"}
+    return names.get(family, family if family == "amontons" else family.capitalize())
+
+
+def finished(row: Row) -> bool:
+    return str(row["complete"]) == "True" and str(row["lost"]) == "False"
+
+
+def error(row: Row) -> float:
+    """The length that is off (m); infinite if the run was not finished, 0 where the scene has no answer."""
+    found = float(row["off"] or 0)
+    return found if math.isfinite(found) and str(row["lost"]) == "False" else math.inf
+
+
+def costs(rows: Sequence[Row], family: str, bound: float) -> list[float]:
+    """Of each scene where any engine stays below the error: the least cost of a family that does (ms per
+    simulated second), infinite where none of its settings does."""
+    done = [r for r in rows if finished(r) and error(r) <= bound]
+    return [
+        min((1e3 * float(r["cost"]) for r in done if (r["scene"], r["family"]) == (scene, family)),
+            default=math.inf)
+        for scene in sorted({r["scene"] for r in done})
+    ]  # fmt: skip
+
+
 def convergence(path: Path) -> None:
     """All methods on three problems of the examples, under the default law."""
     files = [EXAMPLES / f"{name}.hdf5" for name in COMPARED]
-    with TemporaryDirectory() as folder:
-        subprocess.run(
-            [sys.executable, "-m", "amontons", "compare", *files, "--law", "coulomb", "--out", folder]
-        )
-        shutil.copy(Path(folder) / "convergence.png", path)
-    shrink(path)
+    made_by(["-m", "amontons", "compare", *files, "--law", "coulomb", "--out", "."], "convergence.png", path)
 
 
 def arch(path: Path) -> None:
     """The picture of examples/arch_friction.py."""
+    made_by([ROOT / "examples" / "arch_friction.py"], "arch.png", path)
+
+
+def made_by(words: Sequence[str | Path], name: str, path: Path) -> None:
+    """What a Python program leaves under a name in its folder."""
     with TemporaryDirectory() as folder:
-        subprocess.run([sys.executable, ROOT / "examples" / "arch_friction.py"], cwd=folder, check=True)
-        shutil.copy(Path(folder) / "arch.png", path)
+        subprocess.run([sys.executable, *words], cwd=folder)
+        shutil.copy(Path(folder) / name, path)
     shrink(path)
 
 
-VIEWS: dict[str, Callable[[Sequence[Row], Path], None]] = {"growth": growth, "profile": profile}
+VIEWS: dict[str, tuple[str, Callable[[Sequence[Row], Path], None]]] = {
+    "growth": ("growth", growth), "profile": ("profile", profile), "beside_profile": ("beside", beside),
+}  # fmt: skip
+"""By name: the table, and what draws it."""
 RUNS: dict[str, Callable[[Path], None]] = {"convergence": convergence, "arch": arch}
 
 
-def draw(folder: Path, figures: Path, only: Sequence[str] = ()) -> None:
+def draw(folder: Path, figures: Path, only: Sequence[str] = tuple(VIEWS)) -> None:
     """What the tables of the folder show, and what is asked for by name."""
     results = Results(folder)
-    for name, view in VIEWS.items():
-        if name in (only or VIEWS) and results[name]:
-            view(results[name], figures / f"{name}.png")
-    if not only or "beside_profile" in only:
-        engines.draw(results["beside"], figures)
-    for name, make in RUNS.items():
-        if name in only:
-            make(figures / f"{name}.png")
+    for name in only:
+        if name in RUNS:
+            RUNS[name](figures / f"{name}.png")
+        elif rows := results[VIEWS[name][0]]:
+            VIEWS[name][1](rows, figures / f"{name}.png")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path, nargs="?", default=TABLES)
     parser.add_argument("--figures", type=Path, default=FIGURES)
-    names = [*VIEWS, "beside_profile", *RUNS]
+    names = [*VIEWS, *RUNS]
     parser.add_argument(
         "--only", nargs="+", choices=names, default=names, metavar="NAME", help=" ".join(names)
     )

@@ -15,11 +15,10 @@ import json
 from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import Any
 
 import amontons
 import conic
-from common import arguments, begin, read, tracked, write_csv
+from common import Row, arguments, begin, fill, read
 
 LEVEL = 1e-4
 RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6), ("coulomb", 1e-8))
@@ -29,7 +28,7 @@ REPEATS = 9
 QUICK_STRIDE = 7
 
 
-def accuracy(path: Path, problem: amontons.vi.Problem, reference: dict[str, Any]) -> list[dict[str, Any]]:
+def accuracy(path: Path, problem: amontons.vi.Problem, reference: Row) -> list[Row]:
     """One row per law and tolerance; the time of these single runs is cold."""
     rows = []
     for law, tolerance in RUNS:
@@ -68,11 +67,12 @@ def calibrated(problem: amontons.vi.Problem) -> tuple[conic.Program, float, coni
     return best
 
 
-def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> dict[str, Any] | None:
-    """Medians of alternating runs of both solvers, or None where Clarabel does not reach LEVEL."""
+def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> list[Row]:
+    """Medians of alternating runs of both solvers; no row where Clarabel does not reach LEVEL."""
     found = calibrated(problem)
     if found is None:
-        return None
+        print(f"files: Clarabel does not reach {LEVEL:.0e} with any setting on {path.name}")
+        return []
     program, tolerance, outcome = found
     settings = conic.settings(tolerance)
     ours, walls, theirs, their_walls = [], [], [], []
@@ -87,51 +87,30 @@ def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> dict[str, An
         theirs.append(outcome.time)
         their_walls.append(outcome.wall)
     gc.enable()
-    return {
+    return [{
         "file": path.name, "contacts": problem.contacts, "method": s.method, "residual": s.residual,
         "time": median(ours), "wall": median(walls), "clarabel_form": program.formulation,
         "clarabel_tolerance": tolerance,
         "clarabel_residual": problem.residual(outcome.x, law="associated"),
         "clarabel_iterations": outcome.iterations, "clarabel_time": median(theirs),
         "clarabel_wall": median(their_walls), "ratio": median(walls) / median(theirs),
-    }  # fmt: skip
+    }]  # fmt: skip
 
 
 def main() -> None:
     options = begin(arguments(__doc__).parse_args())
     folder = options.data / "fclib"
-    paths = sorted(folder.glob("*.hdf5"))
+    paths = sorted(folder.glob("*.hdf5"))[:: QUICK_STRIDE if options.quick else 1]
     if not paths:
-        print(f"files: skipped, no *.hdf5 in {folder}; give the folder that holds fclib/ with --data")
+        print(f"files: skipped, there are no *.hdf5 in {folder}")
         return
     references = json.loads((folder / "references.json").read_text())
-    if options.quick:
-        paths = paths[::QUICK_STRIDE]
-    accuracies, duels, unreached = [], [], []
-    for path in tracked(paths, "files"):
-        problem = read(path)
-        accuracies += accuracy(path, problem, references.get(path.name, {}))
-        result = duel(path, problem, 3 if options.quick else REPEATS)
-        if result is None:
-            unreached.append(path.name)
-        else:
-            duels.append(result)
-    write_csv(options.out / "files.csv", accuracies)
-    write_csv(options.out / "clarabel.csv", duels)
-    summarise(accuracies, duels, unreached)
-
-
-def summarise(accuracies: list[dict[str, Any]], duels: list[dict[str, Any]], unreached: list[str]) -> None:
-    for law, tolerance in RUNS:
-        rows = [r for r in accuracies if (r["law"], r["tolerance"]) == (law, tolerance)]
-        missed = [f"{r['file']} ({r['residual']:.1e})" for r in rows if r["residual"] > tolerance]
-        print(f"files: {law} to {tolerance:.0e}: {len(rows) - len(missed)} of {len(rows)}", *missed)
-    ours, theirs = sum(r["wall"] for r in duels), sum(r["clarabel_time"] for r in duels)
-    print(f"files: {ours:.4f} s, Clarabel {theirs:.4f} s, ratio {ours / theirs:.3f}, to {LEVEL:.0e}")
-    slower = [f"{r['file']} ({r['ratio']:.2f})" for r in duels if r["ratio"] >= 1]
-    print("files: slower than Clarabel:", *slower or ["none"])
-    if unreached:
-        print(f"files: Clarabel does not reach {LEVEL:.0e} with any setting on", *unreached)
+    problems = {path: read(path) for path in paths}
+    repeats = 3 if options.quick else REPEATS
+    fill(options.out / "files.csv", paths,
+         lambda path: accuracy(path, problems[path], references.get(path.name, {})))  # fmt: skip
+    fill(options.out / "clarabel.csv", paths, lambda path: duel(path, problems[path], repeats),
+         "file contacts method time clarabel_time ratio")  # fmt: skip
 
 
 if __name__ == "__main__":

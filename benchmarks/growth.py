@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -26,9 +25,7 @@ from beside.engine import Engine, Timed
 from beside.engine import engines as installed
 from beside.plain import Unsupported
 from beside.scenes import plain
-from common import SAMPLE, arguments, begin, tracked, write_csv
-from engine_views import exponent
-from views import grouped
+from common import SAMPLE, Row, arguments, begin, fill
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""
@@ -38,9 +35,9 @@ PARTS = 5
 COARSE = 0.1
 """of the steps that are divided into stages"""
 STAGES = ("collision", "assembly", "integration", "solve")
+SHOWN = ("spheres", "contacts", *STAGES)
 STAGED = (300, 3_000, 30_000, 300_000)
 """Spheres whose step is divided into stages; a sample has the first two."""
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -140,15 +137,6 @@ def staged(count: int, before: int = 20, steps: int = 5) -> Row:
     return row
 
 
-def write_stages(folder: Path, sizes: Iterable[int]) -> None:
-    rows = []
-    for count in sizes:
-        rows.append(staged(count))
-        write_csv(folder / "stages.csv", rows)
-        cells = ", ".join(f"{stage} {rows[-1][stage]:.2f}" for stage in STAGES)
-        print(f"growth: {count} spheres, {rows[-1]['contacts']:.0f} contacts, us a contact: {cells}")
-
-
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="*", default=[], help="families whose names contain one of these")
@@ -156,22 +144,20 @@ def main() -> None:
     if options.only:  # not the run whose results are kept
         options.out = options.out or SAMPLE
     begin(options)
-    limit = QUICK_LIMIT if options.quick else LIMIT
-    rows: list[Row] = []
-    for family in tracked(FAMILIES, "growth"):
-        if options.only and not any(part in family.name for part in options.only):
-            continue
+
+    def rows(family: Family) -> Iterator[Row]:
         chosen = list(engines())
         for size in family.sizes[:3] if options.quick else family.sizes:
-            found = measured(family, size, chosen, limit)
-            rows += found
+            found = measured(family, size, chosen, QUICK_LIMIT if options.quick else LIMIT)
+            yield from found
             late = {r["engine"] for r in found if r["over"] or r["step"] > LONG} - {"amontons, 1e-3"}
             chosen = [e for e in chosen if e.name not in late]
-            write_csv(options.out / "growth.csv", rows)
+
+    families = [f for f in FAMILIES if not options.only or any(part in f.name for part in options.only)]
+    fill(options.out / "growth.csv", families, rows, "family size engine step")
     if not options.only or "stages" in options.only:
-        write_stages(options.out, STAGED[:2] if options.quick else STAGED)
-    for (family, engine), group in grouped(rows, "family", "engine").items():
-        print(f"growth: {family}, {engine}: time ~ size^{exponent(group):.2f}")
+        counts = STAGED[:2] if options.quick else STAGED
+        fill(options.out / "stages.csv", counts, lambda count: [staged(count)], " ".join(SHOWN))
 
 
 if __name__ == "__main__":

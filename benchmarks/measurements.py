@@ -11,12 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
-from common import TABLES, arguments, with_folders, write_csv
+from common import TABLES, Row, arguments, fill, with_folders
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
 
-Row = dict[str, Any]
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
     "tosses": ("cube_tosses", tosses.rows),
     "adams": ("adams_joints", adams.rows),
@@ -42,9 +40,7 @@ def main() -> None:
         if not path.is_dir():
             print(f"{name}: skipped, there is no {path}")
             continue
-        found = list(rows(path, options.quick))
-        write_csv(options.out / f"measured_{name}.csv", found)
-        print(f"{name}: {len(found)} rows in {options.out / f'measured_{name}.csv'}")
+        fill(options.out / f"measured_{name}.csv", [path], lambda path, rows=rows: rows(path, options.quick))
 
 
 if __name__ == "__main__":

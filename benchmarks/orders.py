@@ -17,11 +17,10 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from amontons import ModelBuilder, Simulation, load_model
-from common import ROOT, arguments, tracked, with_folders, write_csv
+from common import ROOT, Row, arguments, fill, with_folders
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))  # where instants is
 from instants import MOTIONS, distances, end_of, errors
@@ -32,7 +31,6 @@ UNSOLVED = [("four-bar", "auto")]
 STANDING = "humanoid that swings its arms"
 EXACT = 1e-9
 """m, m/s, rad/s"""
-Row = dict[str, Any]
 
 
 def order(errors: np.ndarray) -> float | str:
@@ -57,21 +55,13 @@ def humanoid(path: Path, h: float, trees: str) -> Simulation:
     return Simulation(b.build(), dt=h)
 
 
-def standing(path: Path, trees: str, steps: int = 4) -> Row:
-    duration, longest = 0.5, 1e-2
-    make = partial(humanoid, path)
-    ends = [end_of(make, duration, longest / 2**k, trees) for k in range(steps)]
-    found = distances(ends, end_of(make, duration, 1e-4, trees))
-    return entry(STANDING, trees, duration, longest, found)
-
-
-def measured(name: str, trees: str, steps: int = 4) -> Row:
-    _, duration, longest = MOTIONS[name]
-    return entry(name, trees, duration, longest, errors(name, trees, steps))
-
-
-def entry(name: str, trees: str, duration: float, longest: float, found: np.ndarray) -> Row:
-    """A row of the table."""
+def measured(name: str, trees: str, robot: Path, steps: int = 4) -> Row:
+    if name == STANDING:
+        duration, longest, make = 0.5, 1e-2, partial(humanoid, robot)
+        ends = [end_of(make, duration, longest / 2**k, trees) for k in range(steps)]
+        found = distances(ends, end_of(make, duration, 1e-4, trees))
+    else:
+        (_, duration, longest), found = MOTIONS[name], errors(name, trees, steps)
     row: Row = {"scene": name, "joints": FORMS[trees], "duration": duration, "dt": longest}
     for k, what in enumerate(("position", "velocity")):
         row |= {f"{what}_{n}": found[n, k] for n in range(len(found))} | {f"{what}_order": order(found[:, k])}
@@ -81,17 +71,13 @@ def entry(name: str, trees: str, duration: float, longest: float, found: np.ndar
 def main() -> None:
     options = with_folders(arguments(__doc__).parse_args())
     cases = [(name, trees) for name in MOTIONS for trees in FORMS if (name, trees) not in UNSOLVED]
-    shown = tracked(cases[::4] if options.quick else cases, "orders")
-    rows = [measured(name, trees) for name, trees in shown]
-    robot = options.data / ROBOT
+    cases, robot = cases[::4] if options.quick else cases, options.data / ROBOT
     if robot.exists():
-        rows += [standing(robot, trees) for trees in FORMS]
+        cases += [(STANDING, trees) for trees in FORMS]
     else:
         print(f"orders: {STANDING}: skipped, there is no {robot}")
-    write_csv(options.out / "orders.csv", rows)
-    for r in rows:
-        found = [f"{r[key]:.2f}" if r[key] else "exact" for key in ("position_order", "velocity_order")]
-        print(f"orders: {r['scene']}, {r['joints']}: {', '.join(found)}")
+    show = "scene joints position_order velocity_order"
+    fill(options.out / "orders.csv", cases, lambda case: [measured(*case, robot)], show)
 
 
 if __name__ == "__main__":

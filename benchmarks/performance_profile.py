@@ -1,13 +1,12 @@
-"""Every method and `auto` on the corpus of `corpus.py`: the performance profile, and a row per solve.
+"""Every method and `auto` on the corpus of `corpus.py`: the performance profile.
 
     python benchmarks/performance_profile.py [--quick] [--corpus FOLDER] [--half tuning|held-out|both]
-        [--methods NAME ...] [--reuse CSV] [--limit S] [--every N] [--only PART ...] [--out FOLDER]
+        [--methods NAME ...] [--limit S] [--every N] [--only PART ...] [--out FOLDER]
 
 Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
-seconds of processor time for each, less where another one has been ten times faster. Writes solves.csv (a row
-per solve and method), profile.csv (a row per solve: the time of every method that succeeds, and of auto, and
-what auto did); figures.py draws it. A corpus that is not there is made first, with the robots of the data
-folder.
+seconds of processor time for each, less where another one has been ten times faster. Writes profile.csv (a
+row per solve: the time of every method that succeeds, and of auto, and what auto did); figures.py draws it. A
+corpus that is not there is made first, with the robots of the data folder.
 
 Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
@@ -21,12 +20,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
-from typing import Any
 
 import amontons
 import numpy as np
 import targets
-from common import SAMPLE, TABLES, arguments, begin, read_csv, tracked, write_csv
+from common import SAMPLE, Row, arguments, begin, fill
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "cg")
@@ -71,8 +69,8 @@ def stop_now(signum: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> dict[str, Any]:
-    """Time (s) and residual of one solve, within `limit` s of processor time."""
+def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> tuple[float, str, str]:
+    """Time (s), status and reason of one solve, within `limit` s of processor time."""
     options = {"law": task.law, "tolerance": task.tolerance, "x0": task.step.x0 if task.warm else None}
     times: list[float] = []
     try:
@@ -88,52 +86,31 @@ def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> 
             if sum(times) > REPEATS * SHORT:
                 break
     except amontons.InputError:
-        return {"time": "", "residual": "", "status": "refused"}
+        return np.inf, "refused", ""
     except KeyboardInterrupt:  # that came after the last look at it
-        return {"time": limit, "residual": "", "status": "interrupted"}
-    return {
-        "time": max(min(times), 1e-6), "residual": solution.residual, "status": solution.status,
-        "iterations": solution.iterations, "products": solution.products,
-        "factorizations": solution.factorizations, "reason": solution.reason,
+        return np.inf, "interrupted", ""
+    return max(min(times), 1e-6), solution.status, solution.reason
+
+
+def measure(task: Task, methods: Sequence[str], limit: float) -> Row:
+    """The time (s) of every method, blank where it fails; `auto` comes last and has the whole limit."""
+    row: Row = {
+        "task": task.name, "half": "held-out" if held_out(task.step.sequence) else "tuning",
+        "rows": len(task.step.b), "law": task.law, "tolerance": task.tolerance, "warm": task.warm,
     }  # fmt: skip
-
-
-def solved(row: dict[str, Any]) -> bool:
-    return row["status"] == "converged"
-
-
-Row = dict[str, Any]
-
-
-def measure(task: Task, methods: Sequence[str], limit: float, known: dict[tuple[str, str], Any]) -> list[Row]:
-    """A row per method and the time of the best of them; `auto` comes last and has the whole limit."""
-    rows: list[dict[str, Any]] = []
-    best = np.inf
-    problem = None
+    best, problem = np.inf, task.step.problem()
     for method in [*methods, "auto"]:
-        row = known.get((task.name, method))
-        if row is None:
-            problem = problem or task.step.problem()
-            # A method that is not the best has not to finish; that auto does is what is asked.
-            allowed = 4 * limit if method == "auto" else min(limit, max(LEAST, SLOWER * best))
-            row = run(problem, task, method, allowed)
-        if method != "auto" and solved(row):
-            best = min(best, float(row["time"]))
-        rows.append(
-            {
-                "step": task.step.name, "sequence": task.step.sequence,
-                "half": "held-out" if held_out(task.step.sequence) else "tuning", "task": task.name,
-                "rows": len(task.step.b), "law": task.law, "tolerance": task.tolerance,
-                "warm": task.warm, "method": method, "status": row["status"], "time": row["time"],
-                "residual": row["residual"],
-                **{key: row.get(key, "") for key in ("iterations", "products", "factorizations", "reason")},
-            }
-        )  # fmt: skip
-    return rows
+        # A method that is not the best has not to finish; that auto does is what is asked.
+        allowed = 4 * limit if method == "auto" else min(limit, max(LEAST, SLOWER * best))
+        time, status, reason = run(problem, task, method, allowed)
+        row[method] = time if status == "converged" else ""
+        if status == "converged" and method != "auto":
+            best = min(best, time)
+    return row | {"auto_status": status, "auto_reason": reason}
 
 
 def summary(table: list[Row], half: str) -> str:
-    """How near `auto` comes to the best method, from the rows of `wide`."""
+    """How near `auto` comes to the best method."""
     part = [row for row in table if row["half"] == half]
     methods, feasible = targets.feasible(table, half)
     if not feasible:
@@ -146,19 +123,6 @@ def summary(table: list[Row], half: str) -> str:
         f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {np.isinf(ratios).sum()}, "
         f"alone solves {alone}"
     )
-
-
-def wide(rows: list[Row]) -> list[Row]:
-    """A row per solve: the time (s) of every method, blank where it fails."""
-    out: dict[str, Row] = {}
-    for row in rows:
-        line = out.setdefault(
-            row["task"], {key: row[key] for key in ("task", "half", "rows", "law", "tolerance", "warm")}
-        )
-        line[row["method"]] = row["time"] if solved(row) else ""
-        if row["method"] == "auto":
-            line |= {"auto_status": row["status"], "auto_reason": row["reason"]}
-    return list(out.values())
 
 
 def corpus_of(options: argparse.Namespace) -> Path:
@@ -175,7 +139,6 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--corpus", type=Path, help="folder of the corpus (default: out/corpus)")
     parser.add_argument("--half", choices=("tuning", "held-out", "both"), default="both")
     parser.add_argument("--methods", nargs="*", default=list(METHODS))
-    parser.add_argument("--reuse", type=Path, help="a solves.csv: its times of all but auto are taken over")
     parser.add_argument("--limit", type=float, help="s of processor time per solve (default: 0.5)")
     parser.add_argument("--every", type=int, help="take every so many step (default: 6)")
     parser.add_argument("--only", nargs="*", default=[], help="steps whose names contain one of these")
@@ -193,9 +156,6 @@ def main() -> None:
     options = parsed()
     signal.signal(signal.SIGPROF, stop_now)
     warnings.simplefilter("ignore")
-    known = {}
-    if options.reuse:
-        known = {(r["task"], r["method"]): r for r in read_csv(options.reuse) if r["method"] != "auto"}
     steps = list(load(corpus_of(options)))[:: options.every]
     wanted = [
         task
@@ -203,13 +163,8 @@ def main() -> None:
         if (options.half == "both" or (options.half == "held-out") == held_out(task.step.sequence))
         and (not options.only or any(part in task.step.name for part in options.only))
     ]
-    rows: list[dict[str, Any]] = []
-    for task in tracked(wanted, "profile"):
-        rows += measure(task, options.methods, options.limit, known)
-    table = wide(rows)
-    # Long, and of use for --reuse alone.
-    write_csv((SAMPLE if options.out.resolve() == TABLES else options.out) / "solves.csv", rows)
-    write_csv(options.out / "profile.csv", table)
+    given = options.methods, options.limit
+    table = fill(options.out / "profile.csv", wanted, lambda task: [measure(task, *given)])
     for half in ("tuning", "held-out"):
         print(summary(table, half))
 

@@ -13,12 +13,11 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import Any
 
 import amontons
 import amontons.scenes
 import numpy as np
-from common import ROOT, arguments, tracked, with_folders, write_csv
+from common import ROOT, Row, arguments, fill, with_folders
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))
 from measures import (
@@ -228,35 +227,21 @@ def vehicle(scale: float) -> Figures:
 
 
 PARTS: tuple[Callable[[float], Figures], ...] = (
-    sliding_cube,
-    ramp,
-    plates,
-    chain,
-    ball,
-    four_bar,
-    smooth,
-    free_body,
-    cradle,
-    units,
-    vehicle,
-    wall,
-)
+    sliding_cube, ramp, plates, chain, ball, four_bar, smooth, free_body, cradle, units, vehicle, wall,
+)  # fmt: skip
 
 
 def main() -> None:
     options = with_folders(arguments(__doc__).parse_args())
-    scale = 0.1 if options.quick else 1.0
-    rows: list[dict[str, Any]] = []
     warnings.simplefilter("ignore", amontons.StepWarning)  # the largest residual is one of the figures
-    for part in tracked([*PARTS], "physics"):
+
+    def rows(part: Callable[[float], Figures]) -> list[Row]:
         start = perf_counter()
-        found = list(part(scale))
-        seconds = perf_counter() - start
-        rows += [asdict(f) | {"met": "yes" if f.met else "no", "seconds": seconds} for f in found]
-        write_csv(options.out / "physics.csv", rows)
-    for row in rows:
-        print(f"{row['met']:3s} {row['claim']}: {row['figure']} {row['value']:.3g} {row['unit']}")
-    print(options.out / "physics.csv")
+        found = list(part(0.1 if options.quick else 1.0))
+        more = {"seconds": perf_counter() - start}
+        return [asdict(f) | {"met": "yes" if f.met else "no"} | more for f in found]
+
+    fill(options.out / "physics.csv", PARTS, rows, "claim figure value limit unit met")
 
 
 if __name__ == "__main__":

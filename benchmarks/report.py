@@ -12,72 +12,73 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
+from statistics import geometric_mean, linear_regression, median
+from typing import Any
 
 from common import ROOT
-from engine_views import curves, growth_words, numbers, versions
-from measured_views import AGAINST
-from targets import feasible, file_targets, ratio, targets
-from views import Results, Row, Rows, Spec, cell, digits, milliseconds, table, view
+from figures import error, finished, label
+from targets import accuracy, feasible, file_targets, ratio, targets
+from views import Columns, Results, Rows, cell, digits, grouped, in_ms, pivot, scientific, short, table, view
+
+View = Callable[[Rows], str]
+
+
+def numbers(r: Results, benchmarks: str, engines: str) -> str:
+    """The four figures of the home page and of the README; the links lead to the pages of these names."""
+    rows = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
+    slope, robot = ([rows[s, e] for e in (OURS, OTHER)] for s in ("incline-0.99", "quadruped"))
+    creep, theirs = (digits(row["creep"], 1e3) for row in slope)
+    step, their_step = (digits(row["step"], 1e6) for row in robot)
+    names = ", ".join(f"{label(row['family'])} {row['version']}" for row in slope)
+    wall = next(row for row in r["simulation"] if row["name"] == "B4 wall under impact")
+    files = accuracy(r["files"], "coulomb", 1e-4)
+    solved = sum(float(row["residual"]) <= 1e-4 for row in files)
+    return f"""- **{creep} mm/s** creep of a cube at 0.99 of the angle at which it slides; MuJoCo, defaults: \
+{theirs} mm/s ([engines]({engines}))
+- **{step} µs** per step of a robot with four legs that falls; MuJoCo, defaults: {their_step} µs \
+([engines]({engines}); measured with {names}, {slope[0]["date"]})
+- **{1e3 * float(wall["step"]):.0f} ms** per step of {1e3 * float(wall["dt"]):.0f} ms of a wall of 750 \
+bricks under impact, {float(wall["contacts"]):.0f} contacts, on one core, to a residual of \
+{float(wall["tolerance"]):g} ([benchmarks]({benchmarks}))
+- **{solved} of {len(files)}** contact problems of other engines are solved to a residual of 0.0001, with \
+Coulomb's law ([benchmarks]({benchmarks}))"""
+
 
 # docs/benchmarks.md.
 
-
-def more_cores(s: Row) -> str:
-    one, many = s.get("steps_per_second_one"), s.get("steps_per_second_all")
-    return f"{float(many) / float(one):.2f}" if one and many else ""
-
-
-SCENES: dict[str, Spec] = {
+SCENES: Columns = {
     "scene": "name", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
     "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "step ms",
-    "real-time factor": "real_time_factor x1", "all cores over one": more_cores,
-    "worst residual": "residual_worst .1e",
+    "real-time factor": "real_time_factor x1",
+    "all cores over one": lambda row: speedup(row), "worst residual": "residual_worst .1e",
 }  # fmt: skip
-UNSOLVED: dict[str, Spec] = {
+UNSOLVED: Columns = {
     "file": "file", "law": "law", "tolerance": "tolerance .1e", "residual": "residual .1e",
     "status": "status", "time (ms)": "time ms",
 }  # fmt: skip
-
-
-def missed_bounds(rows: Rows) -> str:
-    """The claims of physics.csv that miss their bound, and how many meet it."""
-
-    def limit(row: Row) -> str:
-        value = float(row["limit"])
-        if not math.isfinite(value):
-            return ""
-        return f"below {digits(row['limit'], 1)}" if value >= 0 else f"above {digits(row['limit'], -1)}"
-
-    bounded = [row for row in rows if limit(row)]
-    missed = [row for row in bounded if row["met"] == "no"]
-    table = view(missed, {
-        "Scene": "claim", "Quantity": "figure",
-        "Measured": lambda row: f"{digits(row['value'], 1)} {row['unit']}".strip(), "Bound": limit,
-    })  # fmt: skip
-    return f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:\n\n{table}"
-
-
+BOUNDS: Columns = {
+    "Scene": "claim", "Quantity": "figure",
+    "Measured": lambda row: f"{digits(row['value'])} {row['unit']}".strip(),
+    "Bound": lambda row: f"below {digits(row['limit'])}" if float(row["limit"]) >= 0
+    else f"above {digits(row['limit'], -1)}",
+}  # fmt: skip
 ORDERS = """The mean order over four steps, each half of the one before, of errors at the end of a motion
 ([orders.py](../benchmarks/orders.py), [errors]({link}/orders.csv)). Rows of joints leave errors of position
 below 1e-4 of `Model.length`, which have no order. The humanoid is of first order: the damping of a servo
 follows the inertia of the two bodies at its joint, and a foot is light although it stands."""
 
 
-def orders_table(rows: Rows) -> str:
-    """A scene a line: the order of positions and velocities, of joints as rows and in trees."""
-    found = {(row["scene"], row["joints"]): row for row in rows}
-    lines = []
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        cells = []
-        for form in ("rows", "trees"):
-            row = found.get((scene, form))
-            for what in ("position_order", "velocity_order"):
-                cells.append("" if row is None else f"{float(row[what]):.1f}" if row[what] else "exact")
-        lines.append((scene, *cells))
-    header = [f"{what}, {form}" for form in ("rows", "trees") for what in ("positions", "velocities")]
-    return table(("scene", *header), lines)
+def speedup(row: dict[str, str]) -> str:
+    many, one = (row.get(f"steps_per_second_{cores}") for cores in ("all", "one"))
+    return f"{float(many) / float(one):.2f}" if one and many else ""
+
+
+def orders(rows: Rows) -> list[str]:
+    return [f"{float(value):.1f}" if value else "exact" for value in
+            (rows[0]["position_order"], rows[0]["velocity_order"])]  # fmt: skip
 
 
 def summary(r: Results, link: str) -> str:
@@ -86,54 +87,54 @@ def summary(r: Results, link: str) -> str:
     if scenes := r["simulation"]:
         lines += ["### Simulated scenes", r.origin("simulation"), view(scenes, SCENES)]
         lines += [f"[Phases, longest steps and overlaps]({link}/simulation.csv) of the same scenes."]
-    if physics := r["physics"]:
-        what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv)"
-        lines += ["### Physics", r.origin("physics"), f"{what}: {missed_bounds(physics)}"]
-    if orders := r["orders"]:
-        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link), orders_table(orders)]
+    if bounded := [row for row in r["physics"] if math.isfinite(float(row["limit"]))]:
+        missed = [row for row in bounded if row["met"] == "no"]
+        count = f"{len(bounded) - len(missed)} of {len(bounded)} bounds are met. The others:"
+        what = f"[Lift, creep, forces, bounces, energy]({link}/physics.csv): {count}"
+        lines += ["### Physics", r.origin("physics"), what, view(missed, BOUNDS)]
+    if found := r["orders"]:
+        lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
+        heads = lambda form: (f"positions, {form}", f"velocities, {form}")  # noqa: E731
+        lines += [pivot(found, "scene", "joints", orders, "scene", heads)]
     unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
     lines += ["### Files that were not solved", r.origin("files"), files_solved(r)]
-    lines += [view(unsolved, UNSOLVED) if unsolved else "None."]
-    return "\n\n".join(lines)
+    return "\n\n".join([*lines, view(unsolved, UNSOLVED) if unsolved else "None."])
 
 
 def files_solved(r: Results) -> str:
     """How many contact problems of other engines are solved, and the time beside Clarabel's."""
     facts = {what: found for what, _, found, _ in file_targets(r)}
-    solved = [(what, found) for what, found in facts.items() if re.fullmatch("files .* coulomb", what)]
-    found = ", ".join(f"{what.split()[3].rstrip(',')}: {count}" for what, count in solved)
-    lines = [f"Solved with Coulomb's law, to a residual of {found}."] if solved else []
-    lines += [
-        f"With `associated`, the {what} is {time}." for what, time in facts.items() if "Clarabel" in what
-    ]
+    found = [f"{what.split()[3].rstrip(',')}: {count}" for what, count in facts.items()
+             if re.fullmatch("files .* coulomb", what)]  # fmt: skip
+    lines = [f"Solved with Coulomb's law, to a residual of {', '.join(found)}."] if found else []
+    times = [(what, time) for what, time in facts.items() if "Clarabel" in what]
+    lines += [f"With `associated`, the {what} is {time}." for what, time in times]
     return " ".join(lines)
 
 
 # docs/choosing.md.
 
 
-def choosing_table(r: Results, link: str) -> str:
+def methods(r: Results, link: str) -> str:
     """How long each method takes to 1e-3 and to 1e-6, by law and scene."""
 
-    def times(row: Row | None) -> str:
-        if row is None or row["status"] == "not applicable":
-            return ""
-        found = [milliseconds(row[key]) or "–" for key in ("time_1e-03", "time_1e-06")]
-        return "–" if found == ["–", "–"] else " / ".join(found)
+    def times(rows: Rows) -> list[str]:
+        if rows[0]["status"] == "not applicable":
+            return [""]
+        found = [in_ms(rows[0][key]) or "–" for key in ("time_1e-03", "time_1e-06")]
+        return ["–" if found == ["–", "–"] else " / ".join(found)]
 
     parts = [f"One core; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."]
     for law in ("associated", "coulomb"):
-        rows = {(m["scene"], m["method"]): m for m in r["methods"] if m["law"] == law}
-        scenes, methods = (list(dict.fromkeys(key[i] for key in rows)) for i in (0, 1))
-        body = [(f"`{m}`", *(times(rows.get((scene, m))) for scene in scenes)) for m in methods]
-        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", table(("", *scenes), body)]
+        rows = [row | {"name": f"`{row['method']}`"} for row in r["methods"] if row["law"] == law]
+        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", pivot(rows, "name", "scene", times)]
     return "\n\n".join(parts)
 
 
-def profile_table(r: Results) -> str:
+def profile(rows: Rows) -> str:
     """On the held-out half of the corpus, how often auto and each method alone are near the best method."""
     lines = []
-    methods, rows = feasible(r["profile"], "held-out")
+    methods, rows = feasible(rows, "held-out")
     for method in ("auto", *methods):
         ratios = sorted(ratio(row, method, methods) for row in rows)
         within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
@@ -142,6 +143,126 @@ def profile_table(r: Results) -> str:
         lines.append((f"`{method}`", f"{len(rows)}", *within, middle, failed))
     header = ("method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
     return table(header, lines)
+
+
+# docs/engine-curves.md.
+
+OURS, OTHER = "amontons, 1e-6", "MuJoCo"
+SETTINGS: Columns = {
+    "setting, with its manual": lambda row: f"[{row['engine']}]({row['manual']})", "version": "version",
+    "options": lambda row: f"`{row['options']}`" if row["options"] else "defaults",
+}  # fmt: skip
+"""What each engine was given, and the page of its manual."""
+BUDGETS: Columns = {
+    "scene": "scene", "a step has (ms)": "limit ms",
+    "in time": lambda row: f"{row['in_time']} of {row['times']}", "latest (ms)": "late_worst x1e3",
+    "contacts": "most_contacts", "iterations": "iterations_median x1",
+    "median residual": "residual_median .1e", "overlap (mm)": "penetration x1e3",
+    "joints apart (mm)": "joint_gap x1e3", "energy gained (J)": "energy_gain x1", "such steps": "unbalanced",
+}  # fmt: skip
+LARGER = {
+    "wall, rows": "rows of a wall", "plates 1:100": "number of plates",
+    "chain, links": "links of a chain", "spheres in a box": "number of spheres",
+}  # fmt: skip
+
+
+def least(rows: Rows) -> tuple[str, str]:
+    """The least error (mm) of an engine in a scene over its settings and steps, and its cost (ms/s); the
+    cheaper one of two that are below 1 nm."""
+    done = [row for row in rows if finished(row)]
+    found = min(done, key=lambda row: (max(error(row), 1e-9), float(row["cost"])), default=None)
+    if found is None:
+        return "not finished", ""
+    off = error(found)
+    shown = "< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(off, 1e3)
+    # A blank: the scene has no answer.
+    return shown if found["off"] else "", digits(found["cost"], 1e3)
+
+
+def versions(beside: Rows) -> str:
+    """Which versions were measured, and when."""
+    found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
+    dates = sorted({row["date"] for row in beside})
+    return f"Measured with {', '.join(found)}; {' to '.join(dict.fromkeys((dates[0], dates[-1])))}."
+
+
+def load(beside: Rows) -> str:
+    """On what machine the times were measured, and what ran beside."""
+    machines = ", ".join(dict.fromkeys(row["machine"] for row in beside))
+    loads = [float(row["load"]) for row in beside]
+    programs = f"{median(loads):.2g} programs at work (median), {max(loads):.2g} at most"
+    return f"Times: one core of an {machines}; {programs}. On an idle machine it is one or two."
+
+
+def solvers(rows: Rows) -> str:
+    """A solver a line, for files and steps, a number per tolerance: the problems solved by each measure, and
+    the time over ours where both solve."""
+    ours = {(row["file"], row["tolerance"]): row for row in rows if row["solver"] == "amontons"}
+    kinds = [{"kind": "steps" if row["file"].startswith("step ") else "files", **row} for row in rows]
+    lines = []
+    for (kind, solver), own in grouped(kinds, "kind", "solver").items():
+        cells = []
+        for (tolerance,), mine in grouped(own, "tolerance").items():
+            answered = [row for row in mine if row["time"]]
+            by_ours, by_theirs = (
+                sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
+            )
+            pairs = [(row, ours[row["file"], tolerance]) for row in answered]
+            ratios = [float(a["time"]) / float(b["time"]) for a, b in pairs
+                      if a["solved"] == b["solved"] == "True"]  # fmt: skip
+            middle = digits(median(ratios)) if ratios else "-"
+            faster = f"{sum(ratio < 1 for ratio in ratios)} of {len(ratios)}"
+            cells.append((f"{by_ours}", f"{by_theirs}", f"{len(mine) - len(answered)}", middle, faster))
+        lines.append((f"{len(mine)} {kind}", solver, *map(", ".join, zip(*cells, strict=True))))
+    header = ("problems", "solver", "solved, by our residual", "solved, by Siconos' error", "without answer",
+              "median time over ours", "faster than ours")  # fmt: skip
+    return table(header, lines)
+
+
+def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
+    """The slope of log(time of a step) over log(size) by least squares."""
+    points = [(math.log(float(r["size"])), math.log(float(r["step"]))) for r in rows if r["step"] != ""]
+    return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
+
+
+def growth_words(rows: Rows) -> str:
+    """Which engine grows faster between the smallest and the largest size that both have; where 1e-3 costs
+    more than 1e-6 at the largest size."""
+    faster: dict[str, list[str]] = {"MuJoCo": [], "amontons": []}
+    dearer = []
+    for family, words in LARGER.items():
+        loose, ours, theirs = (
+            {float(row["size"]): float(row["step"]) for row in rows
+             if row["step"] and (row["family"], row["engine"]) == (family, engine)}
+            for engine in ("amontons, 1e-3", OURS, OTHER)
+        )  # fmt: skip
+        sizes = sorted(ours.keys() & theirs.keys())
+        ratios = [theirs[size] / ours[size] for size in (sizes[0], sizes[-1])]
+        faster["MuJoCo" if ratios[1] > ratios[0] else "amontons"].append(words)
+        largest = max(loose.keys() & ours.keys())
+        dearer += [words] * (loose[largest] > ours[largest])
+    grow = "; ".join(f"{engine} with {', '.join(words)}" for engine, words in faster.items() if words)
+    more = f" A step to 1e-3 takes longer than one to 1e-6 at the largest size of {', '.join(dearer)}."
+    return f"The time grows faster than that of the other engine: {grow}.{more * bool(dearer)}"
+
+
+def curves(r: Results, link: str) -> str:
+    """What docs/engine-curves.md shows."""
+    beside = r["beside"]
+    settings = list({row["engine"]: row for row in beside}.values())
+    errors = pivot(beside, "case", "family", least, "scene: error, time per simulated second",
+                   lambda family: (f"{label(family)} (mm)", "(ms/s)"))  # fmt: skip
+    parts = ["## Least error of each engine", r.origin("beside"), load(beside), errors]
+    parts += ["## Settings", view(settings, SETTINGS)]
+    if rows := r["solvers"]:
+        asked = "Numbers are for 1e-4, 1e-6 and 1e-8."
+        parts += ["## Solvers, table", f"{r.origin('solvers')}. {asked}", solvers(rows)]
+    slopes = pivot(r["growth"], "family", "engine", lambda rows: [f"{exponent(rows):z.2f}"], "family")
+    parts += ["## Growth, table", r.origin("growth"), slopes]
+    parts += [f"[Times of a step by size]({link}/growth.csv)."]
+    if budgets := r["budgets"]:
+        parts += ["## Stopped by the clock, table", r.origin("budgets"), view(budgets, BUDGETS)]
+    return "\n\n".join([*parts, f"[All rows]({link}/tables.csv)."])
 
 
 # docs/decisions/trees.md.
@@ -154,12 +275,12 @@ NAMED = {
     "shadow_hand/scene_right.xml": "hand (shadow)",
 }
 """Models whose times are shown."""
-FORMS: dict[str, Spec] = {
+FORMS: Columns = {
     "model": lambda row: NAMED[row["model"]], "rows (us)": "rows x1e6", "trees (us)": "trees x1e6",
     "MuJoCo (us)": "mujoco x1e6", "trees / rows, median step": "trees_to_rows ~2",
     "trees / rows, run": "run_trees_to_rows ~2", "trees / MuJoCo": "trees_to_mujoco ~2",
 }  # fmt: skip
-LARGE_SCENES: dict[str, Spec] = {
+LARGE_SCENES: Columns = {
     "scene, random control": "case",
     "joints": lambda row: "trees" if row["trees"] == "auto" else "rows",
     "step (us)": "step x1e6", "factorisations": "factorizations_mean x1", "products": "products_mean x1",
@@ -173,11 +294,109 @@ def forms(rows: Rows) -> str:
         return "Measured by `make bench ONLY=forms`."
     run = [row for row in rows if row["trees_to_mujoco"]]
     keys = ("trees_to_rows", "run_trees_to_rows", "trees_to_mujoco")
-    means = (math.exp(sum(math.log(float(row[key])) for row in run) / len(run)) for key in keys)
-    names = (f"{len(run)} models with a time of MuJoCo", *(f"{value:.2f}" for value in means))
+    step, whole, mujoco = (f"{geometric_mean(float(row[key]) for row in run):.2f}" for key in keys)
     shown = view([row for row in rows if row["model"] in NAMED and row["trees"]], FORMS)
-    return "{}, geometric mean: {} (median step), {} (run), {} (MuJoCo).\n\n{}".format(*names, shown)
+    return (f"{len(run)} models with a time of MuJoCo, geometric mean: {step} (median step), {whole} (run), "
+            f"{mujoco} (MuJoCo).\n\n{shown}")  # fmt: skip
 
+
+# docs/measured.md.
+
+GROUPS = {"Pos": "positions (m)", "Vel": "velocities (m/s)", "Rforce": "forces (N)",
+          "Rtorque": "torques (N m)"}  # fmt: skip
+COUNTED = (("5", "5 ms: positions 1e-3 m, reactions 0.1 %"), ("0.5", "0.5 ms: Chrono's tolerances"))
+IMPACTS: Columns = {
+    "law": "law", "inertia": "inertia_over_homogeneous ~3", "friction": "friction ~3",
+    "restitution": "restitution ~3", "median error (%)": "median_percent .1f", "mean (%)": "mean_percent .1f",
+}  # fmt: skip
+DAMPER: Columns = {
+    "test": "test", "model": "model", "friction (kN)": lambda r: f"{float(r['friction_N']) / 1e3:.1f}",
+    "clearance (mm)": "clearance_mm ~3", "error (%)": "rms_error_percent .0f",
+    "scatter of cycles (%)": "scatter_percent .0f",
+}  # fmt: skip
+ASSEMBLIES: Columns = {
+    "assembly": "assembly ~3", "blocks": "blocks ~3", "friction": "friction ~3", "theirs": "theirs ~3",
+    "verdict": "verdict ~3", "needs friction, prestressed": "needed_with_prestress ~3",
+    "placed freely": "needed ~3", "simulation": "in_time ~3", "rigid contacts": "rigid_in_time ~3",
+}  # fmt: skip
+CLOSED_FORMS: Columns = {"case": "assembly", "published": "theirs ~4", "ours": "verdict ~4"}
+CLEARANCES: Columns = {
+    "step (ms)": "step_ms ~4", "touches": "touches ~4", "largest across (mm)": "largest_across_mm ~4",
+    "energy lost (%)": "energy_lost_percent ~4", "apart along (mm)": "rms_along_mm ~4",
+    "apart across (mm)": "rms_across_mm ~4",
+}  # fmt: skip
+FOUR_BAR: Columns = {
+    "step (ms)": "step_ms ~3", "crank (mrad)": "rms_crank_mrad ~3", "coupler (mrad)": "rms_coupler_mrad ~3",
+    "rocker (mrad)": "rms_rocker_mrad ~3", "largest (mrad)": "largest_mrad ~3",
+    "deepest in a bearing (mm)": "deepest_mm ~3",
+}  # fmt: skip
+
+
+def errors(rows: Rows) -> list[str]:
+    return [f"{float(rows[0]['position_percent']):.1f} / {float(rows[0]['angle_deg']):.1f}"]
+
+
+def tosses(rows: Rows) -> str:
+    """Errors over steps per sample and of fitted coefficients, lengths as tracked; how far corrected lengths
+    change the error of an engine with the given coefficients; errors of other coefficients."""
+    tracked = [row for row in rows if row["scale"] == "as tracked"]
+    given = {(row["scale"] == "as tracked", row["engine"], row["steps_per_sample"]):
+             float(row["position_percent"]) for row in rows if row["coefficients"] == "given"}  # fmt: skip
+    lines = []
+    for (engine,), mine in grouped(tracked, "engine").items():
+        steps = {row["steps_per_sample"]: [row] for row in mine if row["coefficients"] == "given"}
+        held, fitted = ([row for row in mine if row["coefficients"] == f"{kind}, held out"]
+                        for kind in ("given", "fitted"))  # fmt: skip
+        over = [errors(steps[count])[0] if count in steps else "" for count in ("1", "2", "4", "8")]
+        values = (short(fitted[0][key]) for key in ("friction", "restitution") if fitted[0][key])
+        lines.append([engine, *over, *errors(held), *errors(fitted), ", ".join(values)])
+    header = ("engine", "1 step", "2", "4", "8", "given, held out", "fitted, held out", "fitted values")
+    changes = [value - given[True, *key] for (own, *key), value in given.items() if not own]
+    varied = [row for row in tracked if row["steps_per_sample"] == "1" and "held" not in row["coefficients"]]
+    return (
+        f"Lengths as tracked, % of the width / deg:\n\n{table(header, lines)}\n\nLengths corrected by 2.2 % "
+        f"change an error by {min(changes):.1f} to {max(changes):.1f} % of the width.\n\nOther coefficients, "
+        f"1 step, as tracked:\n\n{pivot(varied, 'engine', 'coefficients', errors, 'engine')}"
+    )
+
+
+def adams(rows: Rows) -> str:
+    """Cases that miss a target: the worst of each group of quantities at each step; and how many meet it."""
+
+    def of(mine: Rows, start: str) -> Rows:
+        return [row for row in mine if row["quantity"].startswith(start)]
+
+    def worst(mine: Rows) -> str:
+        row = max(mine, key=lambda row: float(row["rms"]), default=None)
+        return scientific(row["rms"]) + " (no)" * (row["met"] == "no") if row else ""
+
+    missed = {row["case"] for row in rows if row["met"] == "no"}
+    lines = [
+        [case.replace("_", " "), short(dt), short(theirs), *(worst(of(mine, s)) for s in GROUPS)]
+        for (case, dt, theirs), mine in grouped(rows, "case", "dt_ms", "their_step_ms").items()
+        if case in missed
+    ]
+    counts = [
+        [what, name, f"{sum(r['met'] == 'yes' for r in mine)} of {len(mine)}"]
+        for dt, what in COUNTED
+        for start, name in (("Pos", "positions"), ("Vel", "velocities"), ("R", "reactions"))
+        if (mine := [r for r in of(rows, start) if short(r["dt_ms"]) == dt and r["met"]])
+    ]
+    cases = table(("case", "step (ms)", "theirs (ms)", *GROUPS.values()), lines)
+    return f"{cases}\n\n{table(('target', 'quantities', 'met'), counts)}"
+
+
+def masonry(rows: Rows) -> str:
+    files, others = ([r for r in rows if bool(r["blocks"]) == wanted] for wanted in (True, False))
+    return view(files, ASSEMBLIES) + "\n\n" + view(others, CLOSED_FORMS)
+
+
+AGAINST: dict[str, View] = {
+    "tosses": tosses, "adams": adams, "masonry": masonry, "impacts": partial(view, columns=IMPACTS),
+    "damper": partial(view, columns=DAMPER), "clearances": partial(view, columns=CLEARANCES),
+    "four_bar": partial(view, columns=FOUR_BAR),
+}  # fmt: skip
+"""The parts of docs/measured.md: measured_NAME.csv as a table."""
 
 # Documents.
 
@@ -195,9 +414,8 @@ def with_figures(text: str, r: Results) -> str:
     known = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
 
     def figure(found: re.Match[str]) -> str:
-        _, unit, scene, engine, column = found.groups()
-        value = digits(known[scene, engine][column], UNITS[unit])
-        return f"{value} {unit} <!-- {scene}; {engine}; {column} -->"
+        number, unit, scene, engine, column = found.groups()
+        return digits(known[scene, engine][column], UNITS[unit]) + found.group()[len(number) :]
 
     def cell_of(found: re.Match[str]) -> str:
         number, name, keys, which, spec = found.groups()
@@ -228,23 +446,26 @@ def renew(document: str, mark: str, body: str) -> None:
 
 def documents(r: Results) -> Iterator[tuple[str, str, Callable[[str], str]]]:
     """Each part between markers: the document, the marker, the text by the link to the folder of results."""
-    beside = r["beside"]
+
+    def of(name: str, make: View, behind: str = "") -> str:
+        return f"{r.origin(name)}{behind}\n\n{make(r[name])}".strip()
+
+    def large(rows: Rows) -> str:
+        return view([row for row in rows if row["control"] == "random"], LARGE_SCENES)
+
     yield "README.md", "numbers", lambda link: numbers(r, "docs/benchmarks.md", "docs/engines.md")
     yield "docs/index.md", "numbers", lambda link: numbers(r, "benchmarks.md", "engines.md")
-    yield "docs/engines.md", "versions", lambda link: versions(beside)
+    yield "docs/engines.md", "versions", lambda link: versions(r["beside"])
     yield "docs/benchmarks.md", "results", lambda link: summary(r, link)
     yield "docs/engine-curves.md", "engines", lambda link: curves(r, link)
-    yield "docs/choosing.md", "methods", lambda link: choosing_table(r, link)
+    yield "docs/choosing.md", "methods", lambda link: methods(r, link)
     yield "docs/engine-curves.md", "growth", lambda link: growth_words(r["growth"])
-    yield "docs/choosing.md", "profile", lambda link: profile_table(r)
-    origin = r.origin("robots_forms")
-    yield "docs/decisions/trees.md", "forms", lambda link: f"{origin}\n\n{forms(r['robots_forms'])}".strip()
-    large = [row for row in r["robots_large"] if row["control"] == "random"]
-    origins = r.origin("robots_large")
-    yield "docs/decisions/trees.md", "large", lambda link: f"{origins}\n\n{view(large, LARGE_SCENES)}"
+    yield "docs/choosing.md", "profile", lambda link: profile(r["profile"])
+    yield "docs/decisions/trees.md", "forms", lambda link: of("robots_forms", forms)
+    yield "docs/decisions/trees.md", "large", lambda link: of("robots_large", large)
     for name, make in AGAINST.items():
-        if rows := r[f"measured_{name}"]:
-            text = f"{r.origin(f'measured_{name}')}.\n\n{make(rows)}"
+        if r[f"measured_{name}"]:
+            text = of(f"measured_{name}", make, ".")
             yield "docs/measured.md", name, lambda link, text=text: text
 
 

@@ -13,6 +13,9 @@ in scenes_forms.csv. With --fall robots lie and move on the floor (robot/fall_ca
 steps is counted: robots_fall.csv; with --trees both that of large islands, with trees and with rows:
 robots_large.csv. Speeds are comparable with --jobs 1 only.
 
+Columns of robots_forms.csv: rows, trees, mujoco: medians (s) of a step; run_trees_to_rows: ratio of the sums
+over the run; rows_..., trees_...: joint_error (m), means of joint_rows and contacts over the steps.
+
 Columns of robots.csv:
 - not_read: elements that the loader left out; outcome: a refusal, or a run that did not end.
 - contacts, missed: largest number; steps whose residual stayed above the tolerance, also in percent.
@@ -40,21 +43,18 @@ Columns of robots.csv:
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from statistics import fmean
 from typing import Any
 
 import amontons
 import amontons.scenes
-from common import SAMPLE, arguments, progress, with_folders, write_csv
+from common import SAMPLE, Row, arguments, fill, with_folders
 from robot import falls
 
 HERE = Path(__file__).resolve().parent
@@ -68,28 +68,6 @@ SHORT = 2e-3
 """A step below this (s) is not long, however short the median: memory that is new costs as much."""
 SHORT_STEP = 2e-3
 """s: with it the run whose results are kept is done again. What is rare shows in one of the two."""
-COLUMNS = (
-    "model", "outcome", "load", "changes_motion", "not_read", "what", "mujoco_refuses", "floor", "bodies",
-    "load_time", "steps", "wanted_steps", "simulated", "contacts", "mujoco_contacts", "missed",
-    "missed_percent", "residual", "penetration_start", "penetration", "joint_error", "joint_error_relative",
-    "energy_gain", "energy_balance", "energy_gain_relative", "free",
-    "free_error", "free_in_errors", "free_time", "free_kicked", "compared",
-    "step_median", "longest_in_medians", "longest", "longest_again", "keyframes", "keyframe_error",
-    "keyframe_in_lengths", "keyframe_missed_percent", "keyframes_failed", "driven", "driven_time",
-    "driven_missed_percent", "driven_residual", "driven_joint_error", "driven_gain", "driven_gain_relative",
-    "driven_stopped", "steps_per_second", "mujoco_steps_per_second", "stopped",
-)  # fmt: skip
-FORMS_COLUMNS = (
-    "model", "outcome", "load", "what", "mujoco_refuses", "steps", "wanted_steps", "rows", "trees", "mujoco",
-    "trees_to_rows", "trees_to_mujoco", "run_trees_to_rows", "rows_missed", "trees_missed", "rows_residual",
-    "trees_residual", "rows_joint_error", "trees_joint_error", "rows_joint_rows", "trees_joint_rows",
-    "rows_contacts", "trees_contacts", "rows_longest", "trees_longest", "stopped",
-)  # fmt: skip
-"""Of robots_forms.csv. Times are medians, s; run_trees_to_rows compares sums over the run. Joint errors are
-in m; rows and contacts are means over steps."""
-SLOWER = 1.1
-"""Times the time of the run with rows, from where on trees count as slower."""
-Row = dict[str, Any]
 
 
 def content(path: Path) -> tuple[str, str]:
@@ -122,7 +100,6 @@ def write_scenes(folder: Path) -> None:
 
 def run(path: Path, options: Any) -> Row:
     """The last line that the worker printed, and how it ended."""
-    both = options.trees == "both"
     command = [sys.executable, *WORKER, path.resolve(), "--trees", options.trees]
     command += ["--duration", options.duration, "--limit", options.limit]
     command += ["--dt", options.dt] if options.dt else []
@@ -141,43 +118,42 @@ def run(path: Path, options: Any) -> Row:
         out.seek(0)
         err.seek(0)
         lines, errors = out.read().splitlines(), err.read().splitlines()
-    row = dict.fromkeys(FORMS_COLUMNS if both else COLUMNS)
+    row: Row = {}
     for line in lines:  # the last one may be cut off
         try:
             row |= json.loads(line)
         except json.JSONDecodeError:
             break
-    row["model"] = path.relative_to(options.folder).as_posix()
-    row["outcome"] = outcome(row, code, errors)
-    return row
+    name = path.relative_to(options.folder).as_posix()
+    return {"model": name, "outcome": outcome(row, code, errors), **row}
 
 
 def outcome(row: Row, code: int | None, errors: list[str]) -> str:
     if code not in (0, None):
         return f"crashed ({code}): {errors[-1] if errors else 'no message'}"[:200]
-    if row["load"] is None:
+    if "load" not in row:
         return "loading did not end"
     if row["load"] == "refused":
-        return "refused" if not row["mujoco_refuses"] else "refused, by MuJoCo too"
-    if row["stopped"] or (row["steps"] or 0) < (row["wanted_steps"] or 1):
+        return "refused, by MuJoCo too" if row.get("mujoco_refuses") else "refused"
+    if row.get("stopped") or row.get("steps", 0) < row.get("wanted_steps", 1):
         return "unfinished"
     return "finished"
 
 
 def long(row: Row) -> bool:
-    return (row["longest_in_medians"] or 0) * (row["step_median"] or 0) > SHORT
+    return row.get("longest_in_medians", 0) * row.get("step_median", 0) > SHORT
 
 
 def above(key: str, bound: float) -> Callable[[Row], bool]:
-    return lambda row: row[key] is not None and not row[key] <= bound
+    return lambda row: row.get(key) is not None and not row[key] <= bound
 
 
 NOTES: tuple[tuple[str, Callable[[Row], bool]], ...] = (
-    ("refused by MuJoCo, not by us", lambda r: r["load"] == "ok" and bool(r["mujoco_refuses"])),
-    ("something not read that changes the motion", lambda r: bool(r["changes_motion"])),
+    ("refused by MuJoCo, not by us", lambda r: r.get("load") == "ok" and bool(r.get("mujoco_refuses"))),
+    ("something not read that changes the motion", lambda r: bool(r.get("changes_motion"))),
 )
 FAULTS: tuple[tuple[str, Callable[[Row], bool]], ...] = (
-    ("refused, not by MuJoCo", lambda r: r["load"] == "refused" and not r["mujoco_refuses"]),
+    ("refused, not by MuJoCo", lambda r: r["outcome"] == "refused"),
     ("unfinished or crashed", lambda r: not r["outcome"].startswith(("finished", "refused"))),
     (f"more than {MISSED:g} % of the steps missed", above("missed_percent", MISSED)),
     (f"longest step above {MEDIANS:g} medians", lambda r: long(r) and r["longest_in_medians"] > MEDIANS),
@@ -186,23 +162,23 @@ FAULTS: tuple[tuple[str, Callable[[Row], bool]], ...] = (
     (f"joints apart by more than {APART:g} lengths", above("joint_error_relative", APART)),
     (
         "keyframes that fail or are another pose",
-        lambda r: bool(r["keyframes_failed"]) or above("keyframe_in_lengths", SAME)(r),
+        lambda r: bool(r.get("keyframes_failed")) or above("keyframe_in_lengths", SAME)(r),
     ),
     (f"keyframes: more than {MISSED:g} % of the steps missed", above("keyframe_missed_percent", MISSED)),
     (
         f"driven: more than {MISSED:g} % of the steps missed, or stopped",
-        lambda r: bool(r["driven_stopped"]) or above("driven_missed_percent", MISSED)(r),
+        lambda r: bool(r.get("driven_stopped")) or above("driven_missed_percent", MISSED)(r),
     ),
     (f"driven: joints apart by more than {APART:g} lengths", above("driven_joint_error", APART)),
     (f"driven: a step gains more than {100 * GAIN:g} %", above("driven_gain_relative", GAIN)),
-    ("free motion not compared", lambda r: r["outcome"] == "finished" and not r["compared"]),
+    ("free motion not compared", lambda r: r["outcome"] == "finished" and not r.get("compared")),
 )
 """What no model should do."""
 
 
 def sums(rows: list[Row]) -> Iterator[str]:
     """How many models do what none should, and which."""
-    yield f"models: {len(rows)}, loaded {sum(row['bodies'] is not None for row in rows)}"
+    yield f"models: {len(rows)}, loaded {sum('bodies' in row for row in rows)}"
     for what, test in NOTES + FAULTS:
         names = [row["model"] for row in rows if test(row)]
         yield f"{what}: {len(names)}" + (f" ({', '.join(names)})" if names else "")
@@ -210,54 +186,18 @@ def sums(rows: list[Row]) -> Iterator[str]:
     yield f"models without a fault: {len(rows) - faulty} of {len(rows)}"
 
 
-def geometric_mean(rows: list[Row], key: str) -> float:
-    values = [row[key] for row in rows if row[key]]
-    return math.exp(fmean(map(math.log, values))) if values else math.nan
-
-
-def forms_sums(rows: list[Row]) -> Iterator[str]:
-    """Whether trees win: means over the models in which they remove rows, and which models lose."""
-    run = [row for row in rows if row["trees_to_rows"]]
-    planted = [row for row in run if row["trees_joint_rows"] < row["rows_joint_rows"]]
-    yield f"models: {len(rows)}, run {len(run)}, with trees {len(planted)}"
-    for what, some in (("all", run), ("with trees", planted)):
-        if some:
-            keys = ("trees_to_rows", "run_trees_to_rows", "trees_to_mujoco")
-            step, whole, theirs = (geometric_mean(some, key) for key in keys)
-            yield f"{what}: {step:.2f} of a step with rows, {whole:.2f} of the run, {theirs:.2f} of MuJoCo's"
-    slower = [row["model"] for row in planted if row["run_trees_to_rows"] > SLOWER]
-    yield f"slower by more than {SLOWER:g}: {len(slower)}" + (f" ({', '.join(slower)})" if slower else "")
-    lost = [row["model"] for row in planted if row["trees_missed"] > row["rows_missed"]]
-    yield f"more steps missed than with rows: {len(lost)}" + (f" ({', '.join(lost)})" if lost else "")
-
-
-def fall(options: Any) -> int:
-    """A row per robot and control, written as they come."""
-    found: list[Row] = []
+def fall(options: Any) -> None:
+    """A row per robot, control and form of joints."""
     file = options.out / ("robots_large.csv" if options.trees == "both" else "robots_fall.csv")
-    with progress() as bar:
-        task = bar.add_task("falls", total=None, item="")
-        for row in falls.rows(options.folder, options):
-            bar.update(task, item=f"{row['case']}, {row['control']}", advance=1)
-            found.append(row)
-            write_csv(file, found)
-    print(*falls.sums(found), f"written to {file}", sep="\n")
-    return 0
+    with tempfile.TemporaryDirectory() as folder:
+        runs = list(falls.runs(options.folder, Path(folder), options))
+        fill(file, runs, lambda run: [falls.fall(*run, options)], "case control trees ratio missed stalled")
 
 
-def run_all(options: Any, file: Path) -> list[Row]:
-    """A row per model, written as they come."""
+def run_all(options: Any, file: Path, show: str = "") -> list[Row]:
+    """A row per model."""
     paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
-    rows = []
-    with progress() as bar, ThreadPoolExecutor(options.jobs) as pool:
-        task = bar.add_task("robots", total=len(paths), item="")
-        for path, row in zip(paths, pool.map(lambda p: run(p, options), paths), strict=True):
-            bar.update(task, item=path.name, advance=1)
-            rows.append(row)
-            columns = FORMS_COLUMNS if options.trees == "both" else COLUMNS
-            write_csv(file, [{key: r[key] for key in columns} for r in rows])
-    print(*(forms_sums if options.trees == "both" else sums)(rows), f"written to {file}", sep="\n")
-    return rows
+    return fill(file, paths, lambda path: [run(path, options)], show, options.jobs)
 
 
 def main() -> int:
@@ -285,18 +225,22 @@ def main() -> int:
         print(f"robots: skipped, there is no folder {options.folder}; name one with models")
         return 0 if ours else 1
     if options.fall:
-        return fall(options)
+        fall(options)
+        return 0
     if options.trees == "both":
         with tempfile.TemporaryDirectory() as folder:
             if options.scenes:
                 options.folder = Path(folder).resolve()
                 write_scenes(options.folder)
-            run_all(options, options.out / f"{'scenes' if options.scenes else 'robots'}_forms.csv")
+            file = options.out / f"{'scenes' if options.scenes else 'robots'}_forms.csv"
+            run_all(options, file, "model run_trees_to_rows trees_to_mujoco rows_missed trees_missed")
         return 0
     rows = run_all(options, options.out / "robots.csv")
+    print(*sums(rows), sep="\n")
     if kept:
         options.dt = SHORT_STEP
         rows += run_all(options, options.out / "robots_2ms.csv")
+        print(*sums(rows[len(rows) // 2 :]), sep="\n")
     return int(options.check and any(test(row) for row in rows for _, test in FAULTS))
 
 

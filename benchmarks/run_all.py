@@ -30,8 +30,7 @@ from time import perf_counter
 
 import figures
 from common import DATA, ROOT, TABLES, arguments, processor, read_csv, with_folders, write_csv
-from measured_views import AGAINST
-from report import renew_documents
+from report import AGAINST, renew_documents
 from targets import targets
 from views import Results
 

@@ -226,8 +226,7 @@ def verdict(rows: Sequence[Row]) -> str:
 
 def write_tables(rows: Sequence[Row], base: Results, groups: dict[str, list[str]], out: Path) -> None:
     """sensitivity.csv and sensitivity.md."""
-    keys = dict.fromkeys(key for row in rows for key in row)
-    write_csv(out / "sensitivity.csv", [dict.fromkeys(keys, "") | row for row in rows])
+    write_csv(out / "sensitivity.csv", rows)
     counts = ", ".join(f"{len(names)} {group}" for group, names in groups.items())
     starts = len(next(iter(base.values())))
     lines = [

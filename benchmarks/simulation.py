@@ -19,7 +19,7 @@ import amontons
 import amontons.scenes
 import numpy as np
 from amontons import Report
-from common import arguments, begin, tracked, write_csv
+from common import Row, arguments, begin, fill
 
 MOST_WALL_CLOCK, QUICK_WALL_CLOCK = 60.0, 4.0  # s, of one scene
 AGAIN = 8.0
@@ -126,18 +126,13 @@ def row(task: Task, most: float) -> dict[str, Any]:
 def main() -> None:
     allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
     options = begin(arguments(__doc__).parse_args())
-    rows: list[dict[str, Any]] = []
-    for task in tracked(TASKS, "scenes"):
-        result = row(task, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK)
-        more = len(allowed) > 1 and not options.quick
-        rows.append(result | (on_all_cores(task, allowed) if more else {}))
-        write_csv(options.out / "simulation.csv", rows)
-    for r in rows:
-        print(
-            f"simulation: {r['name']}: {r['real_time_factor']:.3g} of real time, "
-            f"{1e3 * r['step']:.3g} ms a step, {r['contacts']:.0f} contacts, "
-            f"{r['converged']} of {r['steps']} steps converged, worst residual {r['residual_worst']:.1e}"
-        )
+
+    def rows(task: Task) -> list[Row]:
+        more = on_all_cores(task, allowed) if len(allowed) > 1 and not options.quick else {}
+        return [row(task, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK) | more]
+
+    show = "name real_time_factor step contacts converged steps residual_worst"
+    fill(options.out / "simulation.csv", TASKS, rows, show)
 
 
 if __name__ == "__main__":

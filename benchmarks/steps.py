@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
-from typing import Any
 
 import amontons
-import numpy as np
 from amontons.report.comparison import Run, compare, single_methods
 from amontons.report.figures import convergence_figures
-from common import arguments, begin, read, shrink, tracked, write_csv
+from common import Row, arguments, begin, fill, read, shrink, tracked, write_csv
 
 SCENES = ("B1_s30", "B3_s10", "B3T_s10", "B4_s60", "B4_impact+5")
 REPEATS = 5
@@ -62,7 +60,7 @@ TASKS = (
 )
 
 
-def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> dict[str, Any]:
+def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> Row:
     walls, times, processor = [], [], []
     for run in range(repeats + 1):
         start, busy = perf_counter(), process_time()
@@ -82,25 +80,18 @@ def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> dict[str, A
     }  # fmt: skip
 
 
-def first_at(history: np.ndarray, level: float) -> tuple[Any, Any]:
-    """(products, time) of the first iterate with a residual at or below the level, or blanks."""
-    reached = np.flatnonzero(history["residual"] <= level)
-    if not reached.size:
-        return "", ""
-    record = history[reached[0]]
-    return int(record["products"]), float(record["time"])
-
-
-def method_row(run: Run, law: str) -> dict[str, Any]:
+def method_row(run: Run, law: str) -> Row:
+    """Products and time are also those of the first iterate with a residual at or below each level."""
     s = run.solution
-    row: dict[str, Any] = {"scene": run.problem, "law": law, "method": run.method}
-    fields = ("status", "residual", "objective", "iterations", "products", "time")
-    row |= {field: getattr(s, field) if s else "" for field in fields}
-    for level in LEVELS:
-        products, time = first_at(s.history, level) if s and s.history is not None else ("", "")
-        row |= {f"products_{level:.0e}": products, f"time_{level:.0e}": time}
+    row: Row = {"scene": run.problem, "law": law, "method": run.method}
     if s is None:
-        row["status"] = "not applicable"
+        return row | {"status": "not applicable"}
+    fields = ("status", "residual", "objective", "iterations", "products", "time")
+    row |= {field: getattr(s, field) for field in fields}
+    for level in LEVELS:
+        reached = [] if s.history is None else s.history[s.history["residual"] <= level]
+        for field, kind in (("products", int), ("time", float)):
+            row[f"{field}_{level:.0e}"] = kind(reached[field][0]) if len(reached) else ""
     return row
 
 
@@ -108,21 +99,12 @@ def main() -> None:
     options = begin(arguments(__doc__).parse_args())
     folder = options.data / "chrono"
     if not (folder / f"{SCENES[0]}.hdf5").exists():
-        print(
-            f"steps: skipped, no {SCENES[0]}.hdf5 in {folder}; give the folder that holds chrono/ with --data"
-        )
+        print(f"steps: skipped, there is no {SCENES[0]}.hdf5 in {folder}")
         return
     problems = {scene: read(folder / f"{scene}.hdf5") for scene in SCENES}
-    steps = []
-    for task in tracked(TASKS, "steps"):
-        steps.append(timed(problems[task.scene], task, 2 if options.quick else REPEATS))
-    write_csv(options.out / "steps.csv", steps)
-    for row in steps:
-        met = row["residual"] <= row["tolerance"] and row["wall"] <= row["target"]
-        print(
-            f"steps: {row['scene']} {row['law']} to {row['tolerance']:.0e} by {row['used']}: "
-            f"{1e3 * row['wall']:.1f} ms of {1e3 * row['target']:.0f} ms{'' if met else ', MISSED'}"
-        )
+    repeats = 2 if options.quick else REPEATS
+    fill(options.out / "steps.csv", TASKS, lambda task: [timed(problems[task.scene], task, repeats)],
+         "scene law tolerance used residual wall target")  # fmt: skip
     compare_methods(problems, options.quick, options.out, options.figures)
 
 
@@ -138,9 +120,7 @@ def compare_methods(problems: dict[str, amontons.vi.Problem], quick: bool, out: 
                 scene, problems[scene], [method], law=law, tolerance=METHODS_TOLERANCE, deadline=deadline
             )
         rows += [method_row(run, law) for run in runs]
-        with (
-            tempfile.TemporaryDirectory() as folder
-        ):  # it has a name of its own, which figures/ may hold already
+        with tempfile.TemporaryDirectory() as folder:  # figures/ may hold a file of its name
             (drawn,) = convergence_figures(runs, Path(folder), tolerance=METHODS_TOLERANCE, law=law)
             shrink(Path(shutil.copy(drawn, figures / f"methods-{law}.png")))
     write_csv(out / "methods.csv", rows)

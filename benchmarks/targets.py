@@ -6,11 +6,19 @@ import math
 from collections.abc import Iterable, Sequence
 from statistics import median
 
-from views import Results, Row, Rows, level, milliseconds, scientific, table
+from views import Results, Row, Rows, grouped, in_ms, power, scientific, table
 
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
 PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm", "auto", "auto_status", "auto_reason")
+SOLVED = (("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
+          ("coulomb", 1e-8, 54))  # fmt: skip
+"""Law, tolerance, and how many of the 56 files are to be solved; None: all, as of a sample."""
 Line = tuple[str, str, str, bool]  # what, wanted, reached, whether met
+
+
+def level(tolerance: str | float) -> str:
+    """A power of ten."""
+    return power(f"{float(tolerance):.0e}")
 
 
 def accuracy(files: Rows, law: str, tolerance: float) -> Rows:
@@ -19,35 +27,20 @@ def accuracy(files: Rows, law: str, tolerance: float) -> Rows:
 
 def file_targets(r: Results) -> Iterable[Line]:
     files, duels = r["files"], r["clarabel"]
-    if not files:
-        return
-    for law, tolerance, wanted in (
-        ("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
-        ("coulomb", 1e-8, 54),
-    ):  # fmt: skip
-        rows = accuracy(files, law, tolerance)
-        if not rows:
-            continue
-        solved = sum(float(row["residual"]) <= tolerance for row in rows)
-        wanted = wanted or len(rows)
-        # The counts that are wanted are out of the 56 files; of a sample, all.
-        enough = solved >= min(wanted, len(rows))
-        yield (
-            f"files solved to {level(tolerance)}, {law}",
-            f"{wanted}",
-            f"{solved} of {len(rows)}",
-            enough,
-        )
+    for law, tolerance, wanted in SOLVED:
+        if rows := accuracy(files, law, tolerance):
+            solved, wanted = sum(float(row["residual"]) <= tolerance for row in rows), wanted or len(rows)
+            what = f"files solved to {level(tolerance)}, {law}"
+            yield what, f"{wanted}", f"{solved} of {len(rows)}", solved >= min(wanted, len(rows))
     both = [accuracy(files, law, 1e-8) for law in ("coulomb", "associated")]
     if all(both):
-        theirs, ours = (sum(float(row["time"]) for row in rows) for rows in both)
-        yield "time to 1e-8, coulomb over associated", "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
         # A file that is not solved takes the whole of its deadline.
         done = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
-        if len(done) < len(both[0]):
-            theirs, ours = (sum(float(row["time"]) for row in rows if row["file"] in done) for rows in both)
-            what = f"the same, of the {len(done)} files that are solved"
+        what, every = "time to 1e-8, coulomb over associated", {row["file"] for row in both[0]}
+        for some in (every, done) if len(done) < len(both[0]) else (every,):
+            theirs, ours = (sum(float(row["time"]) for row in rows if row["file"] in some) for rows in both)
             yield what, "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
+            what = f"the same, of the {len(done)} files that are solved"
     trusted = [
         abs(float(row["relative_difference"])) for row in accuracy(files, "associated", 1e-8)
         if row["relative_difference"] and float(row["reference_error"]) < 1e-8
@@ -55,33 +48,27 @@ def file_targets(r: Results) -> Iterable[Line]:
     if trusted:
         what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-8"
         yield what, "1e-6", scientific(max(trusted)), max(trusted) <= 1e-6
-    if duels:
+    if files and duels:
         ours, theirs = (sum(float(row[key]) for row in duels) for key in ("wall", "clarabel_time"))
         reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
         yield "total time to 1e-4 over that of Clarabel", "1", reached, ours <= theirs
-        large = [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]
-        if large:
+        if large := [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]:
             what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
             yield what, "below 1", f"{max(large):.2f}", max(large) < 1
 
 
 def kernel_targets(r: Results) -> Iterable[Line]:
     """Full iterations on one core, of the slower law: in a cache, and far out of all."""
-
-    def by_size(rows: Rows) -> dict[int, Rows]:
-        sizes = sorted({int(row["contacts"]) for row in rows})
-        return {size: [row for row in rows if int(row["contacts"]) == size] for size in sizes}
-
-    for contacts, rows in by_size([row for row in r["kernel"] if row["threads"] == "1"]).items():
+    one = [row for row in r["kernel"] if row["threads"] == "1"]
+    for (contacts,), rows in grouped(one, "contacts").items():
         time = max(float(row["ns_per_contact"]) for row in rows)
-        share = min(float(row["ratio"]) for row in rows)
-        if contacts < 20000:
+        if int(contacts) < 20000:
             yield f"iteration at {contacts} contacts, ns per contact", "8", f"{time:.1f}", time <= 8
-        elif contacts > 500000:
-            what = f"share of triad bandwidth at {contacts} contacts"
-            yield what, "0.9", f"{share:.2f}", share >= 0.9
+        elif int(contacts) > 500000:
+            share = min(float(row["ratio"]) for row in rows)
+            yield f"share of triad bandwidth at {contacts} contacts", "0.9", f"{share:.2f}", share >= 0.9
     near = [row for row in r["instruction_sets"] if row["isa"] == "avx2" and row.get("near_ratio")]
-    for contacts, rows in by_size(near).items():
+    for (contacts,), rows in grouped(near, "contacts").items():
         share = min(float(row["near_ratio"]) for row in rows)
         what = f"share of triad bandwidth in the same cache at {contacts} contacts, AVX2"
         yield what, "0.75", f"{share:.2f}", share >= 0.75
@@ -92,7 +79,7 @@ def step_targets(r: Results) -> Iterable[Line]:
         by = "" if row["method"] == "auto" else f", {row['method']}"
         what = f"{row['scene']}, {row['law']}, to {level(row['tolerance'])}{by}"
         met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
-        yield what, f"{milliseconds(row['target'])} ms", f"{milliseconds(row['wall'])} ms", met
+        yield what, f"{in_ms(row['target'])} ms", f"{in_ms(row['wall'])} ms", met
 
 
 def scene_targets(r: Results) -> Iterable[Line]:

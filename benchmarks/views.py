@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ Spec = str | Callable[[Row], str]
 """A cell: a function of the row, or a column with a format behind a space: one of `format`, "ms" for seconds
 in ms, "x1e3" for two digits of the value times 1e3, "~3" for three digits of a number and texts as they
 are."""
+Columns = dict[str, Spec]
+"""Of a table: the header and the cells."""
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -23,7 +25,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
-def milliseconds(seconds: str | float) -> str:
+def in_ms(seconds: str | float) -> str:
     """Three digits, whole milliseconds from 100 on; nothing for a blank."""
     if seconds == "":
         return ""
@@ -36,20 +38,15 @@ def power(text: str) -> str:
     return re.sub(r"e([+-])0*(\d)", lambda found: f"e{found[1].strip('+')}{found[2]}", text)
 
 
-def level(tolerance: str | float) -> str:
-    """A power of ten."""
-    return power(f"{float(tolerance):.0e}")
-
-
 def scientific(value: str | float) -> str:
     """Two digits; a power of ten below a hundredth and from a million on."""
     if value == "":
         return ""
     usual = float(value) == 0 or 1e-2 <= abs(float(value)) < 1e6
-    return digits(str(value), 1) if usual else power(f"{float(value):.1e}")
+    return digits(value, 1) if usual else power(f"{float(value):.1e}")
 
 
-def digits(value: str, scale: float) -> str:
+def digits(value: str | float, scale: float = 1) -> str:
     """Two digits, whole numbers from 10 to a million."""
     number = scale * float(value)
     return f"{number:.0f}" if 10 <= number < 1e6 else power(f"{number:.2g}")
@@ -72,13 +69,13 @@ def cell(row: Row, spec: Spec) -> str:
     if not how or value == "":
         return value
     if how in ("ms", ".1e"):
-        return milliseconds(value) if how == "ms" else scientific(value)
+        return in_ms(value) if how == "ms" else scientific(value)
     if how[0] in "x~":
         return digits(value, float(how[1:])) if how[0] == "x" else short(value, int(how[1:]))
     return power(format(float(value), how))
 
 
-def view(rows: Iterable[Row], columns: Mapping[str, Spec]) -> str:
+def view(rows: Iterable[Row], columns: Columns) -> str:
     """A table with a line per row: the header of each column, and its cell."""
     return table(tuple(columns), [[cell(row, spec) for spec in columns.values()] for row in rows])
 
@@ -89,6 +86,23 @@ def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[tuple[str, ...],
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
     return groups
+
+
+def pivot(
+    rows: Iterable[Row], down: str, across: str, cells: Callable[[Rows], Sequence[str]],
+    header: str = "", heads: Callable[[str], Sequence[str]] = lambda name: (name,),
+) -> str:  # fmt: skip
+    """A line per value of one column, and cells for each value of another: those of the rows that have both,
+    under the `heads` of that value; blank where there are none."""
+    groups = grouped(rows, down, across)
+    lines, columns = (list(dict.fromkeys(key[k] for key in groups)) for k in (0, 1))
+    body = [
+        (line, *(text for name in columns for text in (
+            cells(groups[line, name]) if (line, name) in groups else [""] * len(heads(name))
+        )))
+        for line in lines
+    ]  # fmt: skip
+    return table((header, *(head for name in columns for head in heads(name))), body)
 
 
 class Results:
@@ -102,11 +116,9 @@ class Results:
     def __getitem__(self, name: str) -> Rows:
         return read_csv((self.beside if name in ("beside", "solvers") else self.folder) / f"{name}.csv")
 
-    def origin(self, *names: str) -> str:
-        """The revision, the date and the processor of each of these tables."""
-        known = [self.origins[f"{name}.csv"] for name in names if f"{name}.csv" in self.origins]
-        columns = ("date", "processor")
-        return "; ".join(
-            ", ".join((f"`{o['table']}`: revision {o['revision']}", *(o[c] for c in columns if o[c])))
-            for o in known
-        )
+    def origin(self, name: str) -> str:
+        """The revision, the date and the processor of a table."""
+        if (found := self.origins.get(f"{name}.csv")) is None:
+            return ""
+        parts = (f"`{found['table']}`: revision {found['revision']}", found["date"], found["processor"])
+        return ", ".join(part for part in parts if part)

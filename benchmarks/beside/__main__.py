@@ -30,10 +30,10 @@ from dataclasses import replace
 from typing import Any
 
 from common import FIGURES, RESULTS, SAMPLE, arguments, begin, read_csv, tracked, write_csv
+from figures import beside as draw
 
 from .compete import REFERENCE, checked, compete, shown
 from .engine import NAMES, Engine, engines, stop
-from .figure import draw
 from .rows import merged, put_times, unlike_defaults
 from .scenes import Case, cases
 
@@ -99,7 +99,7 @@ def main() -> int:
     if options.renew_times:
         renew_times(chosen, options.engines, options.limit or RENEW_LIMIT, path)
         stop()
-        draw(read_csv(path), options.figures)
+        draw(read_csv(path), options.figures / "beside_profile.png")
         return 0
     rows = read_csv(path)
     for case in tracked(chosen, "beside"):
@@ -109,7 +109,7 @@ def main() -> int:
         rows = merged(rows, found)
         write_csv(path, rows)
     stop()
-    draw(rows, options.figures)
+    draw(rows, options.figures / "beside_profile.png")
     late = checked(rows, read_csv(options.check), chosen, limit) if options.check else 0
     same = unlike_defaults(rows)
     for complaint in same:

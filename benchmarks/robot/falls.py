@@ -8,7 +8,6 @@ MuJoCo in turns of one step. Times are of the processor. Counts are over the ste
 from __future__ import annotations
 
 import math
-import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Iterator
@@ -20,7 +19,7 @@ from typing import Any
 import amontons
 import mujoco
 import numpy as np
-from common import control_range
+from common import Row, control_range
 
 from robot.fall_cases import cases, large_cases
 from robot.motion import mujoco_actuator
@@ -35,40 +34,34 @@ LONG, SHORT = 10.0, 2e-3
 """A step stalls above so many medians, if it takes longer than this (s)."""
 DIRECT = ("elimination", "warm start", "none")
 """Methods of the report that leave nothing to the order of methods."""
-Row = dict[str, Any]
 
 
-def rows(robots: Path, options: Any) -> Iterator[Row]:
+def runs(robots: Path, folder: Path, options: Any) -> Iterator[tuple[str, str, str, Path]]:
+    """Case, control, form of joints and file; files that are made go to `folder`."""
     both = options.trees == "both"
-    forms = ("auto", "none") if both else (options.trees,)
-    warnings.simplefilter("ignore", amontons.StepWarning)
-    with tempfile.TemporaryDirectory() as folder:
-        for name, path in (large_cases if both else cases)(robots, Path(folder)):
-            if options.only and not any(part in name for part in options.only):
-                continue
-            for control in ("none", "random"):
-                for trees in forms:
-                    row = {"case": name, "control": control, "trees": trees}
-                    yield row | fall(path, control, trees, options.duration, options.limit)
+    for name, path in (large_cases if both else cases)(robots, folder):
+        if not options.only or any(part in name for part in options.only):
+            forms = ("auto", "none") if both else (options.trees,)
+            yield from ((name, control, trees, path) for control in ("none", "random") for trees in forms)
 
 
-def fall(path: Path, control: str, trees: str, duration: float, limit: float) -> Row:
+def fall(case: str, control: str, trees: str, path: Path, options: Any) -> Row:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what is not read
+        warnings.simplefilter("ignore")  # of what is not read, and of steps: the row has the residuals
         model = replace(amontons.load_model(path), trees=trees)
-    ours = amontons.Simulation(model, dt=DT, on_failure="ignore")
-    theirs = mujoco.MjModel.from_xml_path(str(path))
-    theirs.opt.timestep = DT
-    data, rng = mujoco.MjData(theirs), np.random.default_rng(1)
-    steps: list[Row] = []
-    start = perf_counter()
-    for k in range(math.ceil(duration / DT - 1e-9)):
-        if control == "random" and k % HELD == 0:
-            turn_to(model, ours, theirs, data, rng)
-        steps.append(both(ours, theirs, data))
-        if perf_counter() > start + limit:
-            break
-    return facts(steps)
+        ours = amontons.Simulation(model, dt=DT, on_failure="ignore")
+        theirs = mujoco.MjModel.from_xml_path(str(path))
+        theirs.opt.timestep = DT
+        data, rng = mujoco.MjData(theirs), np.random.default_rng(1)
+        steps: list[Row] = []
+        start = perf_counter()
+        for k in range(math.ceil(options.duration / DT - 1e-9)):
+            if control == "random" and k % HELD == 0:
+                turn_to(model, ours, theirs, data, rng)
+            steps.append(both(ours, theirs, data))
+            if perf_counter() > start + options.limit:
+                break
+    return {"case": case, "control": control, "trees": trees, **facts(steps)}
 
 
 def turn_to(model: amontons.Model, ours: amontons.Simulation, theirs: Any, data: Any, rng: Any) -> None:
@@ -116,19 +109,3 @@ def facts(steps: list[Row]) -> Row:
         "mujoco_step": np.median(theirs),
         "ratio": np.median(times) / np.median(theirs), "ratio_of_run": times.sum() / theirs.sum(),
     }  # fmt: skip
-
-
-def sums(found: list[Row]) -> Iterator[str]:
-    """What the runs say together."""
-    if not found:
-        return
-    few = [row for row in found if row["factorizations"] <= FEW]
-    yield f"runs: {len(found)}, with at most {FEW} factorisations in the median: {len(few)}"
-    ratios = sorted(row["ratio"] for row in found)
-    most = np.percentile(ratios, 90)
-    yield f"step beside MuJoCo's: median {np.median(ratios):.2f}, ninth decile {most:.2f}"
-    whole = sum(row["factorizations_mean"] * row["steps"] for row in found)
-    yield f"factorisations in all: {whole:.0f}"
-    for key, what in {"missed": "missed", "stalled": "stalled", "ordered": "left to the order"}.items():
-        names = [f"{row['case']} ({row['control']}, {row['trees']}) {row[key]}" for row in found if row[key]]
-        yield f"steps {what}: {sum(row[key] for row in found)}" + (f": {', '.join(names)}" if names else "")

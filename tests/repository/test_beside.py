@@ -521,7 +521,7 @@ def test_late_solvers_have_blank_rows(tmp_path):
 
 # Breaks when an exponent is another than the slope of a power law.
 def test_exponents_are_slopes():
-    import engine_views
+    import report
 
     law = [{"size": n, "step": 3e-6 * n**1.5} for n in (10, 20, 80)]
-    assert engine_views.exponent(law) == pytest.approx(1.5, rel=1e-9)
+    assert report.exponent(law) == pytest.approx(1.5, rel=1e-9)
