@@ -158,7 +158,7 @@ nb::tuple observe(const Tree& tree, const Simulation& s, const Vector& qdd, cons
                   a.angular});
   }
   for (const BodyMomentum& b : body_momenta(tree, state, pose, c.qd, rates))
-    append(momenta, {b.centre, b.momentum.force, b.momentum.moment, b.force.force, b.force.moment});
+    append(momenta, {b.centre, b.momentum.linear, b.momentum.angular, b.force.linear, b.force.angular});
   return nb::make_tuple(to_numpy(std::move(rows), 28), to_numpy(std::move(momenta), 15));
 }
 

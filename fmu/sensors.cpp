@@ -94,27 +94,27 @@ void magnetometer(const Moment& m, const Sensor& s, double* to) { put(to, at(m, 
 
 // What the motion of the bodies that hang on a sensor asks for, less loads, contacts and loops: the force and
 // its moment about the world's origin that come from their carrier.
-Wrench from_carrier(const Moment& m, const Sensor& s) {
+Twist from_carrier(const Moment& m, const Sensor& s) {
   const State& state = m.simulation.state();
   const ModelDescription& d = m.simulation.model().description();
   std::vector<double> inside(d.bodies.size() + 1);  // the world is the last
   const auto share = [&](Index b) {
     return inside[b == world ? d.bodies.size() : static_cast<std::size_t>(b)];
   };
-  Wrench left{};
+  Twist left{};
   for (Index b : s.bodies) {
     const auto k = static_cast<std::size_t>(b);
     inside[k] = 1;
-    left.force += m.momenta[k].force.force;
-    left.moment += m.momenta[k].force.moment;
+    left.linear += m.momenta[k].force.linear;
+    left.angular += m.momenta[k].force.angular;
     if (d.bodies[k].motion != Motion::dynamic) continue;
-    left.force -= state.forces[k];
-    left.moment -= state.torques[k] + cross(m.momenta[k].centre, state.forces[k]);
+    left.linear -= state.forces[k];
+    left.angular -= state.torques[k] + cross(m.momenta[k].centre, state.forces[k]);
   }
   const auto take = [&](Index a, Index b, const Vec3& point, const Vec3& impulse, const Vec3& angular) {
     const double sign = (share(a) - share(b)) / m.time;
-    left.force -= sign * impulse;
-    left.moment -= sign * (cross(point, impulse) + angular);
+    left.linear -= sign * impulse;
+    left.angular -= sign * (cross(point, impulse) + angular);
   };
   for (const Contact& c : m.simulation.contacts())
     take(c.body_a, c.body_b, c.point, c.impulse, c.angular_impulse);
@@ -128,12 +128,12 @@ Wrench from_carrier(const Moment& m, const Sensor& s) {
   return left;
 }
 void force(const Moment& m, const Sensor& s, double* to) {
-  put(to, at(m, s).local(from_carrier(m, s).force));
+  put(to, at(m, s).local(from_carrier(m, s).linear));
 }
 void torque(const Moment& m, const Sensor& s, double* to) {
   const Moving frame = at(m, s);
-  const Wrench w = from_carrier(m, s);
-  put(to, frame.local(w.moment - cross(frame.pose.position, w.force)));
+  const Twist w = from_carrier(m, s);
+  put(to, frame.local(w.angular - cross(frame.pose.position, w.linear)));
 }
 
 // Normal forces on the link whose line into it passes through the volume.
@@ -261,8 +261,8 @@ Sum sum_of(const Moment& m, const Sensor& s) {
     const double mass = m.simulation.model().description().bodies[k].mass;
     sum.mass += mass;
     sum.centre += mass * m.momenta[k].centre;
-    sum.momentum += m.momenta[k].momentum.force;
-    sum.moment += m.momenta[k].momentum.moment;
+    sum.momentum += m.momenta[k].momentum.linear;
+    sum.moment += m.momenta[k].momentum.angular;
   }
   sum.centre = sum.mass > 0 ? sum.centre / sum.mass : at(m, s).pose.position;
   return sum;

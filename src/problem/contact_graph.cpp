@@ -95,10 +95,4 @@ void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGrap
   find_islands(A, graph);
 }
 
-ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K) {
-  ContactGraph graph;
-  make_contact_graph(A, K, graph);
-  return graph;
-}
-
 }  // namespace amontons

@@ -276,8 +276,6 @@ void renew(Problem& problem, unsigned threads) {
   if (system) make_contact_graph(*system, problem.K, problem.graph);
 }
 
-void renew(Problem& problem) { renew(problem, 1); }
-
 bool has_trees(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
   return system && system->constrained && system->constrained->linkage;
@@ -299,7 +297,7 @@ Problem as_matrix(const Problem& problem) {
 
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law) {
   Problem problem{std::move(A), std::move(b), std::move(K), {}, {}, law};
-  renew(problem);
+  renew(problem, 1);
   return problem;
 }
 

@@ -53,12 +53,4 @@ double distance(const SetProduct& K, std::span<const double> x) {
   return std::sqrt(sum);
 }
 
-void project_polar(const SetProduct& K, std::span<const double> x, std::span<double> out) {
-  for_each_block(K, [&]<class S>(const S& set, std::size_t, std::size_t row) {
-    double foot[S::dim];
-    set.project(&x[row], foot);
-    for (int k = 0; k < S::dim; ++k) out[row + k] = x[row + k] - foot[k];
-  });
-}
-
 }  // namespace amontons

@@ -306,4 +306,16 @@ inline std::vector<Case> bilateral_cases() {
   return cases;
 }
 
+// W of an island in factors (ThinMatrix), row by row.
+template <class Thin>
+void fill(const Thin& thin, std::vector<double>& W) {
+  W.clear();
+  for (std::size_t i = 0; i < thin.rows(); ++i) {
+    std::vector<double> unit(thin.rows(), 0.0), row(thin.rows(), 0.0);
+    unit[i] = 1;
+    thin.add_product(unit, row);
+    W.insert(W.end(), row.begin(), row.end());
+  }
+}
+
 }  // namespace small

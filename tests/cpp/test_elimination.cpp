@@ -221,7 +221,7 @@ TEST(reduction_is_the_schur_complement) {
     const Vector y = schur([&](std::size_t i) { return c.problem.b[i]; });
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
       Reduction::Island& island = reduction.island(k);
-      if (!island.thin.empty()) island.thin.fill(island.W);
+      if (!island.thin.empty()) small::fill(island.thin, island.W);
       for (std::size_t j = 0; j < island.rows(); ++j) {
         const Vector column = schur([&](std::size_t i) { return A[m * i + island.row[j]]; });
         double q = c.problem.b[island.row[j]];
@@ -431,7 +431,7 @@ TEST(constrained_products) {
     project(c.problem.K, x, x);
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
       Reduction::Island& island = reduction.island(k);
-      if (!island.thin.empty()) island.thin.fill(island.W);
+      if (!island.thin.empty()) small::fill(island.thin, island.W);
       for (std::size_t i = 0; i < island.rows(); ++i) {
         double& to = u[island.row[i]];
         to = island.q[i];

@@ -50,7 +50,7 @@ Reduction::Island island_on(std::size_t n, std::size_t contacts, bool held) {
 
 Reduction::Island dense(const Reduction::Island& island) {
   Reduction::Island other = island;
-  island.thin.fill(other.W);
+  small::fill(island.thin, other.W);
   other.thin.n = 0;
   return other;
 }

@@ -236,7 +236,7 @@ TEST(reduction_of_rows_that_end_before_the_last_coordinate) {
     CHECK(reduction.analyse(problem, 100) && reduction.factor(problem));
     for (std::size_t k = 0; k < reduction.islands(); ++k) {
       Reduction::Island& island = reduction.island(k);
-      if (!island.thin.empty()) island.thin.fill(island.W);
+      if (!island.thin.empty()) small::fill(island.thin, island.W);
       for (std::size_t i = 0; i < island.rows(); ++i)
         for (std::size_t j = 0; j < island.rows(); ++j)
           CHECK_NEAR(island.W[island.rows() * i + j], dense[m * island.row[i] + island.row[j]], 1e-12);

@@ -32,13 +32,13 @@ def heights(steps=400):
 
 # Breaks when a number is read before it is set, as constants are, or when its value of today does not return.
 def test_a_number_changes_what_later_steps_do():
-    today = _core.policy()["step.most_reflections"]
+    today = _core.policy()["step.most_repeats"]
     before = heights()
     try:
-        _core.set_policy("step.most_reflections", 1)
+        _core.set_policy("step.most_repeats", 1)
         assert not np.array_equal(heights(), before)
     finally:
-        _core.set_policy("step.most_reflections", today)
+        _core.set_policy("step.most_repeats", today)
     assert np.array_equal(heights(), before)
 
 

@@ -30,8 +30,7 @@ struct ContactGraph {
 
   std::size_t bodies() const { return moves.size(); }
 };
-ContactGraph contact_graph(const ContactSystem& A, const SetProduct& K);
-// The same, using the memory of `graph`.
+// Uses the memory of `graph`.
 void make_contact_graph(const ContactSystem& A, const SetProduct& K, ContactGraph& graph);
 
 }  // namespace amontons

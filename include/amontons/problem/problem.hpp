@@ -37,10 +37,6 @@ struct Problem {
 Problem make_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
 // The same for data that are already checked or made by the library: without checks.
 Problem trusted_problem(Operator A, std::vector<double> b, SetProduct K, Law law = Law::coulomb);
-// Updates P and the graph after A, b and K were replaced in place: a problem that is made again in every step
-// keeps its memory.
-void renew(Problem& problem);
-
 // Whether bodies move in coordinates of joints. Then rows of D and inverse masses are not all of A.
 bool has_trees(const Problem& problem);
 // The same problem with A as a matrix, for what reads rows and masses: Gauss-Seidel, solvers of users, files.

@@ -147,7 +147,5 @@ inline void for_each_block(const SetProduct& K, F&& f) {
 void project(const SetProduct& K, std::span<const double> x, std::span<double> out);
 // |x - Pi_K(x)|_2, the Euclidean distance to K.
 double distance(const SetProduct& K, std::span<const double> x);
-// out = x - Pi_K(x): by Moreau's decomposition the projection on the polar cone (for cones).
-void project_polar(const SetProduct& K, std::span<const double> x, std::span<double> out);
 
 }  // namespace amontons

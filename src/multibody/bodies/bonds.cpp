@@ -10,21 +10,13 @@
 
 namespace amontons {
 
-namespace {
-
-Transform pose_of(const State& state, Index body) {
-  return body == world ? Transform{} : Transform{state.positions[body], state.orientations[body]};
-}
-
-}  // namespace
-
 void add_bond_loads(const Model& model, const BodyFrames& frames, const State& state, double kick,
                     std::vector<BodyImpulse>& loads) {
   const std::vector<Bond>& bonds = model.description().bonds;
   for (std::size_t k = 0; k < bonds.size(); ++k) {
     const Bond& bond = bonds[k];
     if (state.bond_openings[k] > bond.opening) continue;
-    const Transform a = pose_of(state, bond.body_a), b = pose_of(state, bond.body_b);
+    const Transform a = pose_in(state, bond.body_a), b = pose_in(state, bond.body_b);
     // Both act at one place, so that they have no moment together.
     const Vec3 place = 0.5 * (a(bond.point_a) + b(bond.point_b));
     const Vec3 pull = -kick * bond.tension * rotate(b.rotation, bond.normal);
@@ -42,7 +34,7 @@ void open_bonds(const Model& model, State& state) {
   const std::vector<Bond>& bonds = model.description().bonds;
   for (std::size_t k = 0; k < bonds.size(); ++k) {
     const Bond& bond = bonds[k];
-    const Vec3 apart = pose_of(state, bond.body_a)(bond.point_a) - pose_of(state, bond.body_b)(bond.point_b);
+    const Vec3 apart = pose_in(state, bond.body_a)(bond.point_a) - pose_in(state, bond.body_b)(bond.point_b);
     state.bond_openings[k] = std::max(state.bond_openings[k], norm(apart));
   }
 }

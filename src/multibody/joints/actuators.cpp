@@ -63,20 +63,6 @@ bool add_effort(const Model& model, Index a, double impulse, std::vector<double>
   return tendon.path.empty();
 }
 
-// The effort tau along a row J is the wrench J' tau, because a row's wrench is that of its unit impulse on
-// the bodies.
-void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, double impulse,
-                std::vector<BodyImpulse>& loads) {
-  if (!model.is_dynamic(body)) return;
-  loads[body].force += impulse * Vec3{j[0], j[1], j[2]};
-  loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
-}
-
-void add_wrenches(const Model& model, const JacobianRow& row, double impulse,
-                  std::vector<BodyImpulse>& loads) {
-  add_wrench(model, row.body_a, row.a, impulse, loads);
-  add_wrench(model, row.body_b, row.b, impulse, loads);
-}
 void add_wrenches(const Model& model, const WideRow& row, double impulse, std::vector<BodyImpulse>& loads) {
   for (std::size_t i = 0; i < row.body.size(); ++i) add_wrench(model, row.body[i], row.j[i], impulse, loads);
 }

@@ -19,11 +19,8 @@ double value_of(const Coordinate& c, const Model& model, const BodyFrames& bodie
 
 // Adds the row of a coordinate's rate, times s and a factor.
 void add_rate(const RowInput& in, const Coordinate& c, double s, double factor, WideRow& wide) {
-  if (c.tendon >= 0) {
-    const WideRow row = tendon_line(in.model, in.bodies.frames, in.joints, in.state, c.tendon).row;
-    for (std::size_t i = 0; i < row.body.size(); ++i) wide.add(row.body[i], row.j[i], s * factor);
-    return;
-  }
+  if (c.tendon >= 0)
+    return wide.add(tendon_line(in.model, in.bodies.frames, in.joints, in.state, c.tendon).row, s * factor);
   const JointContext& context = in.joints[c.joint];
   wide.add(joint_row(context, s * context.duals[c.dof]), factor);
 }

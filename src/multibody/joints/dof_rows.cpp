@@ -47,9 +47,8 @@ std::array<double, 6> rates_before(const RowInput& in, const JointContext& now, 
   for (std::size_t i = 0; i < now.chain.dofs; ++i)
     before[i] = q[i] - in.options.kick * dot(now.duals[i], twist);
   JointContext then = now;
-  JointPose pose{a.pose * now.joint->frame_a, b.pose * now.joint->frame_b, {}};
-  pose.relative = inverse(pose.b) * pose.a;
-  place(then, pose, a.centre, b.centre, std::span(before).first(now.chain.dofs));
+  place(then, joint_pose(*now.joint, a.pose, b.pose), a.centre, b.centre,
+        std::span(before).first(now.chain.dofs));
   const Screw twist_then = joint_twist(then, a.velocity, b.velocity);
   for (std::size_t i = 0; i < now.chain.dofs; ++i) rates[i] = dot(then.duals[i], twist_then);
   return rates;

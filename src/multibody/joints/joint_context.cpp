@@ -4,12 +4,8 @@ namespace amontons {
 
 // The present poses, for functions that only measure; place_joints() is for functions that make rows.
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies) {
-  const auto in_world = [&](Index body, const Transform& frame) {
-    return (body < 0 ? Transform{} : bodies[body].pose) * frame;
-  };
-  JointPose pose{in_world(joint.body_a, joint.frame_a), in_world(joint.body_b, joint.frame_b), {}};
-  pose.relative = inverse(pose.b) * pose.a;
-  return pose;
+  const auto pose = [&](Index body) { return body < 0 ? Transform{} : bodies[body].pose; };
+  return joint_pose(joint, pose(joint.body_a), pose(joint.body_b));
 }
 
 std::span<const double> coordinates_of(const Model& model, const State& state, std::size_t j) {
@@ -132,6 +128,19 @@ JacobianRow operator*(double s, const JacobianRow& row) {
   for (double& c : out.b) c *= s;
   out.scale *= s;
   return out;
+}
+
+void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, double impulse,
+                std::vector<BodyImpulse>& loads) {
+  if (!model.is_dynamic(body)) return;
+  loads[body].force += impulse * Vec3{j[0], j[1], j[2]};
+  loads[body].torque += impulse * Vec3{j[3], j[4], j[5]};
+}
+
+void add_wrenches(const Model& model, const JacobianRow& row, double impulse,
+                  std::vector<BodyImpulse>& loads) {
+  add_wrench(model, row.body_a, row.a, impulse, loads);
+  add_wrench(model, row.body_b, row.b, impulse, loads);
 }
 
 }  // namespace amontons

@@ -14,6 +14,11 @@ struct JointPose {
   Transform a, b;      // in the world
   Transform relative;  // b^-1 a: frame_a relative to frame_b
 };
+// At given poses of its bodies.
+inline JointPose joint_pose(const Joint& joint, const Transform& body_a, const Transform& body_b) {
+  const Transform a = body_a * joint.frame_a, b = body_b * joint.frame_b;
+  return {a, b, inverse(b) * a};
+}
 JointPose joint_pose(const Joint& joint, const BodyFrames& bodies);
 
 // A joint in the world at the present coordinates, ready to make rows. Made once per pose, for all uses
@@ -61,5 +66,12 @@ JacobianRow joint_row(const JointContext& joint, const Screw& wrench);
 // The row of the rate of a dof times its scale.
 JacobianRow dof_row(const JointContext& joint, std::size_t dof);
 JacobianRow operator*(double s, const JacobianRow& row);
+
+// Adds an impulse along a row to the loads: its wrench on a body, or on both, is that of the unit impulse
+// times it.
+void add_wrench(const Model& model, Index body, const std::array<double, 6>& j, double impulse,
+                std::vector<BodyImpulse>& loads);
+void add_wrenches(const Model& model, const JacobianRow& row, double impulse,
+                  std::vector<BodyImpulse>& loads);
 
 }  // namespace amontons

@@ -170,11 +170,6 @@ void append_joint_rows(const Model& model, const StepBodies& bodies, std::span<c
 void add_motor_loads(const Model& model, std::span<const JointContext> joints,
                      std::span<const double> controls, double kick, std::vector<BodyImpulse>& loads) {
   const auto is_effort = [](const Dof& dof) { return dof.motor.kind == MotorKind::effort; };
-  const auto add = [&](Index body, const std::array<double, 6>& w) {
-    if (!model.is_dynamic(body)) return;
-    loads[body].force += Vec3{w[0], w[1], w[2]};
-    loads[body].torque += Vec3{w[3], w[4], w[5]};
-  };
   for (std::size_t j = 0; j < model.joints(); ++j) {
     const Joint& joint = model.joint(static_cast<Index>(j));
     if (!is_active(model, joint) || std::none_of(joint.dofs.begin(), joint.dofs.end(), is_effort)) continue;
@@ -184,9 +179,7 @@ void add_motor_loads(const Model& model, std::span<const JointContext> joints,
       const double bound = joint.dofs[i].motor.max_effort;
       const double impulse =
           kick * std::clamp(controls[model.control_of_dof(model.first_dof(j) + i)], -bound, bound);
-      const JacobianRow row = joint_row(context, impulse * context.duals[i]);
-      add(row.body_a, row.a);
-      add(row.body_b, row.b);
+      add_wrenches(model, joint_row(context, impulse * context.duals[i]), 1, loads);
     }
   }
 }

@@ -20,9 +20,8 @@ Line spatial(const Model& model, const BodyFrames& bodies, const Tendon& tendon)
   TendonCourse course = course_of(model, bodies, tendon);
   Line line = std::move(course.parts.front());
   for (std::size_t i = 1; i < course.parts.size(); ++i) {
-    const Line& part = course.parts[i];
-    line.length += part.length;
-    for (std::size_t k = 0; k < part.row.body.size(); ++k) line.row.add(part.row.body[k], part.row.j[k], 1);
+    line.length += course.parts[i].length;
+    line.row.add(course.parts[i].row, 1);
   }
   return line;
 }

@@ -39,6 +39,10 @@ void WideRow::add(const JacobianRow& row, double factor) {
   add(row.body_b, row.b, factor);
 }
 
+void WideRow::add(const WideRow& row, double factor) {
+  for (std::size_t i = 0; i < row.body.size(); ++i) add(row.body[i], row.j[i], factor);
+}
+
 void WideRow::scale(double s) {
   for (auto& part : j)
     for (double& x : part) x *= s;

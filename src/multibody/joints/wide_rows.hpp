@@ -13,6 +13,7 @@ struct WideRow {
   // The world has no part, because it does not move.
   void add(Index which, const std::array<double, 6>& part, double factor);
   void add(const JacobianRow& row, double factor);
+  void add(const WideRow& row, double factor);
   void scale(double s);
   // One body's part, as a row.
   JacobianRow part(std::size_t i) const { return {body[i], world, j[i], {}}; }

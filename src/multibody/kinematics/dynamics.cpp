@@ -10,27 +10,6 @@ namespace amontons {
 
 namespace {
 
-Wrench& operator+=(Wrench& a, const Wrench& b) {
-  a.force += b.force;
-  a.moment += b.moment;
-  return a;
-}
-double power(const Wrench& w, const Twist& t) { return dot(w.force, t.linear) + dot(w.moment, t.angular); }
-
-// Inertia of one body or of several that move as one: mass, first moment m c, and inertia about the world's
-// origin.
-struct SpatialInertia {
-  double mass = 0;
-  Vec3 first;
-  Mat3 second;
-};
-SpatialInertia& operator+=(SpatialInertia& a, const SpatialInertia& b) {
-  a.mass += b.mass;
-  a.first += b.first;
-  a.second = a.second + b.second;
-  return a;
-}
-
 // I_O = R I R' + m (<c, c> 1 - c c') by Steiner's theorem; skew(c)' skew(c) is that bracket.
 SpatialInertia inertia_of(const Body& body, const Transform& pose) {
   const Mat3 R = to_matrix(pose.rotation), c = skew(pose(body.centre_of_mass));
@@ -38,18 +17,12 @@ SpatialInertia inertia_of(const Body& body, const Transform& pose) {
           R * body.inertia * transposed(R) + body.mass * (transposed(c) * c)};
 }
 
-// p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
-Wrench momentum_of(const SpatialInertia& inertia, const Twist& t) {
-  return {inertia.mass * t.linear + cross(t.angular, inertia.first),
-          inertia.second * t.angular + cross(inertia.first, t.linear)};
-}
-
 // I a + v x* (I v), with gravity as an upward acceleration of the ground.
-Wrench force_of(const SpatialInertia& inertia, const Twist& v, Twist a, const Vec3& gravity) {
+Twist force_of(const SpatialInertia& inertia, const Twist& v, Twist a, const Vec3& gravity) {
   a.linear -= gravity;
-  const Wrench p = momentum_of(inertia, v);
-  Wrench force = momentum_of(inertia, a);
-  force += {cross(v.angular, p.force), cross(v.angular, p.moment) + cross(v.linear, p.force)};
+  const Twist p = momentum_of(inertia, v);
+  Twist force = momentum_of(inertia, a);
+  force += {cross(v.angular, p.linear), cross(v.angular, p.angular) + cross(v.linear, p.linear)};
   return force;
 }
 
@@ -87,7 +60,7 @@ std::vector<double> tendon_jacobian(const Tree& tree, const State& state, const 
   for (std::size_t i = 0; i < row.body.size(); ++i) {
     const auto& j = row.j[i];
     const Vec3 f{j[0], j[1], j[2]};
-    const Wrench wrench{f, Vec3{j[3], j[4], j[5]} + cross(frames[row.body[i]].centre, f)};
+    const Twist wrench{f, Vec3{j[3], j[4], j[5]} + cross(frames[row.body[i]].centre, f)};
     for (Index k = tree.link_of(row.body[i]); k >= 0; k = tree.link_of(tree.links()[k].parent))
       for (std::size_t c = tree.links()[k].first_v; c < tree.links()[k].first_v + tree.links()[k].v; ++c)
         out[c] += power(wrench, pose.columns[c]);
@@ -136,7 +109,7 @@ std::vector<double> mass_matrix(const Tree& tree, const State& state, const Tree
     const std::size_t k = tree.order()[n];
     const Link& link = tree.links()[k];
     for (std::size_t c = link.first_v; c < link.first_v + link.v; ++c) {
-      const Wrench momentum = momentum_of(inertia[k], pose.columns[c]);
+      const Twist momentum = momentum_of(inertia[k], pose.columns[c]);
       for (Index l = static_cast<Index>(k); l >= 0; l = tree.link_of(tree.links()[l].parent)) {
         const Link& carrier = tree.links()[l];
         for (std::size_t d = carrier.first_v; d < carrier.first_v + carrier.v; ++d)
@@ -181,7 +154,7 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
                                      std::span<const double> qdd) {
   const Model& model = tree.model();
   const TreeMotion motion = motion_of(tree, state, pose, qd, qdd);
-  std::vector<Wrench> force(tree.links().size());
+  std::vector<Twist> force(tree.links().size());
   std::vector<double> tau(tree.nv());
   for (std::size_t n = tree.order().size(); n-- > 0;) {
     const std::size_t k = tree.order()[n];
@@ -213,7 +186,7 @@ std::vector<double> inverse_dynamics(const Tree& tree, const State& state, const
 std::vector<double> generalised_forces(const Tree& tree, const TreePose& pose, std::span<const Vec3> forces,
                                        std::span<const Vec3> torques) {
   const Model& model = tree.model();
-  std::vector<Wrench> sum(tree.links().size());
+  std::vector<Twist> sum(tree.links().size());
   std::vector<double> tau(tree.nv());
   for (std::size_t n = tree.order().size(); n-- > 0;) {
     const std::size_t k = tree.order()[n];

@@ -37,9 +37,7 @@ void add_to_joint(const Model& model, const JointContext& joint, std::span<const
   if (x.size() > dofs) torque = rotate(joint.pose.a.rotation, Vec3{x[dofs], x[dofs + 1], x[dofs + 2]});
   for (std::size_t i = 0; i < dofs; ++i) {
     const double effort = x[i] - dot(torque, rotate(joint.pose.b.rotation, joint.chain.screws[i].angular));
-    const JacobianRow row = joint_row(joint, effort * joint.duals[i]);
-    add(model, row.body_a, {row.a[0], row.a[1], row.a[2]}, {row.a[3], row.a[4], row.a[5]}, loads);
-    add(model, row.body_b, {row.b[0], row.b[1], row.b[2]}, {row.b[3], row.b[4], row.b[5]}, loads);
+    add_wrenches(model, joint_row(joint, effort * joint.duals[i]), 1, loads);
   }
   add(model, joint.joint->body_a, {}, torque, loads);
   add(model, joint.joint->body_b, {}, -torque, loads);

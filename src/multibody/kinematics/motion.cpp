@@ -13,30 +13,10 @@ namespace {
 
 Quat quaternion_at(std::span<const double> q, std::size_t i) { return {q[i], q[i + 1], q[i + 2], q[i + 3]}; }
 
-Transform pose_in(const State& state, Index body) {
-  return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
-}
-
-// The twist about the world's origin, from its values at a point.
-Twist from_point(const Vec3& linear, const Vec3& angular, const Vec3& point) {
-  return {linear - cross(angular, point), angular};
-}
-
 // Fixed bodies have zero velocity, whatever the state contains.
 Twist velocity_in(const Model& model, const State& state, Index body) {
   if (body < 0 || model.body(body).motion == Motion::still) return {};
   return from_point(state.linear_velocities[body], state.angular_velocities[body], state.positions[body]);
-}
-
-Twist operator*(double s, const Twist& t) { return {s * t.linear, s * t.angular}; }
-Twist& operator+=(Twist& a, const Twist& b) {
-  a.linear += b.linear;
-  a.angular += b.angular;
-  return a;
-}
-// The rate of a twist s that moves with the velocity v (Featherstone's v x s).
-Twist carried(const Twist& v, const Twist& s) {
-  return {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
 }
 
 // The three columns of an angular velocity along the axes of a frame, about its origin.

@@ -26,9 +26,7 @@ GeomHit cast_ray(const Model& model, const State& state, const Ray& ray,
   for (std::size_t g = 0; g < geoms.size(); ++g) {
     const Geom& geom = geoms[g];
     if (excluded[g]) continue;
-    const Transform body =
-        geom.body < 0 ? Transform{} : Transform{state.positions[geom.body], state.orientations[geom.body]};
-    const Transform frame = body * geom.frame;
+    const Transform frame = pose_in(state, geom.body) * geom.frame;
     // Slightly larger, so that rounding loses no grazing ray.
     const double radius = bounding_radius(geom.shape) * (1 + 1e-9);
     if (std::isfinite(radius) && !comes_near(ray, frame.position, radius, nearest.hit.distance)) continue;

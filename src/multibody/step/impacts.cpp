@@ -120,7 +120,7 @@ static bool reflect(const StepSetting& step, const StepSolver& solver, const Sta
   std::vector<Contact> active;
   std::vector<std::size_t> index;
   StepBodies bodies{o.frames, o.mobility, v, v};
-  for (int reflection = 0; reflection < step::policy.most_reflections; ++reflection) {
+  for (std::size_t reflection = 0; reflection < step::policy.most_repeats; ++reflection) {
     const bool elastic = approaching(o.contacts, v, step.restitution, h, index);
     // Without restitution there is nothing to reflect: the step stops approaching bodies.
     if (index.empty() || (reflection == 0 && !elastic)) return reflection > 0;

@@ -50,8 +50,7 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
   const bool found = o.contacts.size() > known;
   const bool turning = !posed.turns.empty() && (found || first);
   if (found) take_in(solved, known, o, posed);
-  const bool turned =
-      turning && find_turns(reach, o.free, turns_of(step), o.contacts, step.finder, posed.turns);
+  const bool turned = turning && find_turns(reach, least_turn(step), o.contacts, step.finder, posed.turns);
   if (found || turned) write_b(o, posed);
   clock.lap(&Timings::assembly);
   if (!found && turned) posed.begin_at(solved);

@@ -8,27 +8,23 @@ namespace amontons::step {
 constinit Policy policy;
 
 // Names that set_policy() takes. tools/check_policy.py finds a field that is missing.
-[[maybe_unused]] static const bool named =
-    name_policy("step", {{"least_searches", &policy.least_searches},
-                         {"few_iterations", &policy.few_iterations},
-                         {"few_blocks", &policy.few_blocks},
-                         {"work_per_block", &policy.work_per_block},
-                         {"share_of_part", &policy.share_of_part},
-                         {"three_digits", &policy.three_digits},
-                         {"direct_start", &policy.direct_start},
-                         {"most_looks", &policy.most_looks},
-                         {"least_turn", &policy.least_turn},
-                         {"closing", &policy.closing},
-                         {"allowed_error", &policy.allowed_error},
-                         {"steps_of_slack", &policy.steps_of_slack},
-                         {"few_rows", &policy.few_rows},
-                         {"softness", &policy.softness},
-                         {"largest_turn", &policy.largest_turn},
-                         {"most_position_iterations", &policy.most_position_iterations},
-                         {"most_reflections", &policy.most_reflections},
-                         {"rough", &policy.rough},
-                         {"remembered_sag", &policy.remembered_sag},
-                         {"fastest_turn", &policy.fastest_turn},
-                         {"wrong", &policy.wrong}});
+[[maybe_unused]] static const bool named = name_policy("step", {{"least_searches", &policy.least_searches},
+                                                                {"few_iterations", &policy.few_iterations},
+                                                                {"most_repeats", &policy.most_repeats},
+                                                                {"work_per_block", &policy.work_per_block},
+                                                                {"share_of_part", &policy.share_of_part},
+                                                                {"three_digits", &policy.three_digits},
+                                                                {"direct_start", &policy.direct_start},
+                                                                {"most_looks", &policy.most_looks},
+                                                                {"least_turn", &policy.least_turn},
+                                                                {"closing", &policy.closing},
+                                                                {"allowed_error", &policy.allowed_error},
+                                                                {"steps_of_slack", &policy.steps_of_slack},
+                                                                {"few_rows", &policy.few_rows},
+                                                                {"softness", &policy.softness},
+                                                                {"largest_turn", &policy.largest_turn},
+                                                                {"rough", &policy.rough},
+                                                                {"remembered_sag", &policy.remembered_sag},
+                                                                {"wrong", &policy.wrong}});
 
 }  // namespace amontons::step

@@ -16,11 +16,12 @@ struct Policy {
   // later. Also sweeps of the safe step over the fixed contacts of a body in a corner, and rounds with spins
   // limited in between.
   std::size_t few_iterations = 10;
-  // Work (products with a block, per block): limit of a step, 0.8 ms per contact or joint. Iterations of
-  // first-order methods do not grow with the size of large steps.
+  // Repetitions (count): limit of reflections in a step, and of iterations of a solve of positions. A row of
+  // balls transmits an impact, one reflection per ball (test_scenes).
+  std::size_t most_repeats = 100;
+  // Work (products with a block, per block): limit of a step, 0.8 ms per contact or joint (test_step_limits).
+  // Iterations of first-order methods do not grow with the size of large steps.
   double work_per_block = 4e4;
-  // Size (blocks): smaller steps have the limit of this one, 30 ms (test_step_limits).
-  std::size_t few_blocks = 40;
   // Time or work left (relative): limit of impacts, of position solves and of one solve. Later ones, the look
   // ahead and the safe step keep the rest. At most as much is reserved for work after the solve. With 0.7 9
   // of 200 steps of a wall with a budget of 25 ms end late (benchmarks/budgets.py).
@@ -72,25 +73,15 @@ struct Policy {
   // t^2 / 2 of its arm.
   // Off: 1e30.
   double largest_turn = 0.03;
-  // Iterations (count): limit of a solve of positions.
-  std::size_t most_position_iterations = 100;
 
   // Energy and second order.
 
-  // Reflections (count): limit per step; a row of balls transmits an impact, one reflection per ball
-  // (test_scenes).
-  // Off: 1.
-  int most_reflections = 64;
   // Change (relative to the velocity or force): above it something jumps. A slip of such a size is removed
   // completely. A smooth motion that changes by a tenth per step has a twentieth.
   double rough = 0.6;
   // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
   // determinate.
   double remembered_sag = 0.9;
-  // Speed (times the fastest contact point): faster turns come from impulses that are no longer valid
-  // (test_turns).
-  // Off: 1e30.
-  double fastest_turn = 100;
 
   // Light bodies.
 

@@ -35,8 +35,8 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .threads = step.options.threads};
 }
 
-TurnLimits turns_of(const StepSetting& step) {
-  return {step::policy.least_turn * step.h * norm(step.model.description().gravity), step.asleep.fastest};
+double least_turn(const StepSetting& step) {
+  return step::policy.least_turn * step.h * norm(step.model.description().gravity);
 }
 
 // Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
@@ -64,7 +64,7 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, o.free, turns_of(step),
+  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, least_turn(step),
              o.contacts, step.finder, posed.turns);
 }
 

@@ -16,7 +16,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
 
 // Smallest change of contact velocity by turning that counts (m/s): a share of the velocity that gravity adds
 // within the step. Feet that swing by less have no energy to lose there, and need not follow.
-TurnLimits turns_of(const StepSetting& step);
+double least_turn(const StepSetting& step);
 
 // b of the problem, for the free velocities and the turns of contacts: once they are known, and again where
 // the look ahead changes them.

@@ -223,7 +223,7 @@ BodyVelocities displacements(const PositionInput& in, const BodyVelocities& rest
   Options options;
   options.law = Law::associated;
   options.tolerance = step::policy.allowed_error;
-  options.max_iterations = step::policy.most_position_iterations;
+  options.max_iterations = step::policy.most_repeats;
   Budget share = budget.part_of_work(step::policy.share_of_part);
   const bool few = linear || problem.rows() <= step::policy.few_rows;
   if (!few) options.iterates = in.step.options.iterates;  // a device that serves large steps serves this, too

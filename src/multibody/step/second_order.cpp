@@ -44,17 +44,20 @@ struct LastStep {
   double h;
   const std::vector<Transform>& poses;  // in the middle of the last step
 
-  const Transform& pose(Index body) const { return poses[body]; }
   Vec3 centre(Index body) const { return body < 0 ? Vec3{} : now[body].centre - 0.5 * h * v[body].linear; }
 };
 
-// The frames of a joint in the middle of the last step.
-JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
+// The frames of a joint at another instant; body(i): the pose of a body there.
+JointPose pose_at(const JointContext& now, const auto& body) {
   JointPose pose = now.pose;
-  if (now.body_a >= 0) pose.a = bodies.pose(now.body_a) * now.joint->frame_a;
-  if (now.body_b >= 0) pose.b = bodies.pose(now.body_b) * now.joint->frame_b;
+  if (now.body_a >= 0) pose.a = body(now.body_a) * now.joint->frame_a;
+  if (now.body_b >= 0) pose.b = body(now.body_b) * now.joint->frame_b;
   pose.relative = inverse(pose.b) * pose.a;
   return pose;
+}
+
+JointPose middle_pose(const JointContext& now, const LastStep& bodies) {
+  return pose_at(now, [&](Index body) { return bodies.poses[body]; });
 }
 
 // The joint in the middle of the last step, with coordinates to first order, which suffices for directions.
@@ -228,10 +231,7 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
 // The error of a joint in the pose to which the step leads, of the wrenches of its rows. Its coordinates are
 // of first order: their errors lie along dofs, which wrenches of locked directions do not see.
 static JointSlip end_error(const JointMotion& in, const JointContext& now, std::span<const double> q) {
-  JointPose pose = now.pose;
-  if (now.body_a >= 0) pose.a = moved(in.frames[now.body_a], in.v[now.body_a], in.h) * now.joint->frame_a;
-  if (now.body_b >= 0) pose.b = moved(in.frames[now.body_b], in.v[now.body_b], in.h) * now.joint->frame_b;
-  pose.relative = inverse(pose.b) * pose.a;
+  const JointPose pose = pose_at(now, [&](Index i) { return moved(in.frames[i], in.v[i], in.h); });
   if (!is_chain(*now.joint)) {
     const Vec3& between = pose.relative.position;
     return {(1 - now.joint->lower_distance / norm(between)) * between, {}};
@@ -265,41 +265,11 @@ double close_joints(const JointMotion& in, const State& state, const std::functi
   return largest;
 }
 
-double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v, double enough) {
-  double fastest = 0;
-  const auto include_point = [&](Index body, const Vec3& arm) {
-    if (body >= 0) fastest = std::max(fastest, norm(v[body].linear) + norm(v[body].angular) * norm(arm));
-  };
-  for (const Contact& c : contacts) {
-    if (fastest >= enough) break;
-    include_point(c.body_a, c.r_a);
-    include_point(c.body_b, c.r_b);
-  }
-  return fastest;
-}
-
-// Impulses of the last step may be invalid in this one: they give a light body any speed after heavy ones
-// have left it. Turns at many times the present speeds come from such impulses; they are left out. Most steps
-// have none, and the first contact point that is fast enough shows it.
-static void limit_turns(const std::vector<Contact>& contacts, const BodyVelocities& free,
-                        const TurnLimits& limits, std::vector<Vec3>& turns) {
-  double squared = 0;
-  for (const Vec3& turn : turns) squared = std::max(squared, norm_squared(turn));
-  const double largest = std::sqrt(squared), factor = step::policy.fastest_turn;
-  const double fastest = fastest_point(contacts, free, 2 * largest / factor);
-  const double most = factor * (std::max(limits.fastest, fastest) + limits.least);
-  if (largest <= most) return;
-  for (Vec3& turn : turns)
-    if (!(norm(turn) <= most)) turn = {};
-}
-
 // A term within `least` of the last one changes nothing: the problem is then not solved again for it.
-bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
-                const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns) {
-  const double least = limits.least;
+bool find_turns(const Reach& reach, double least, const std::vector<Contact>& contacts, ContactFinder& finder,
+                std::vector<Vec3>& turns) {
   static thread_local std::vector<Vec3> found;
   finder.find_turns(reach, contacts, least, found);
-  limit_turns(contacts, free, limits, found);
   turns.resize(contacts.size());
   double change = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/bodies/motion.hpp"
@@ -50,19 +49,10 @@ struct JointMotion {
 double close_joints(const JointMotion& in, const State& state, const std::function<bool(std::size_t)>& counts,
                     JointRows& rows);
 
-// Speeds (m/s) that limit turns of contacts: smaller ones count as none. `fastest`: of contact points without
-// impulses that are not among the contacts.
-struct TurnLimits {
-  double least, fastest = 0;
-};
-// The largest speed (m/s) of a contact point on either body, with the velocities v; or one of at least
-// `enough`.
-double fastest_point(const std::vector<Contact>& contacts, const BodyVelocities& v,
-                     double enough = std::numeric_limits<double>::infinity());
-// The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Ignores
-// small terms and terms far above the free velocities. Replaces `turns` if one changes by more than the least
-// that counts; returns whether it does.
-bool find_turns(const Reach& reach, const BodyVelocities& free, const TurnLimits& limits,
-                const std::vector<Contact>& contacts, ContactFinder& finder, std::vector<Vec3>& turns);
+// The terms of b of contacts, for those that turn as bodies roll with the velocities of the reach. Terms
+// below `least` (m/s) count as none. Replaces `turns` if one changes by more than that; returns whether it
+// does.
+bool find_turns(const Reach& reach, double least, const std::vector<Contact>& contacts, ContactFinder& finder,
+                std::vector<Vec3>& turns);
 
 }  // namespace amontons

@@ -283,7 +283,6 @@ std::size_t fall_asleep(const StepAtRest& in, std::vector<Contact>& contacts, Sl
   for (const CarriedContact& c : in.after.contacts)
     if (s.contains(model.geom(c.geom_a).body)) s.carried.push_back(c);
   take_impulses(in, first, s);
-  s.fastest = std::max(s.fastest, fastest_point(s.contacts, in.observed.free));
   count(model, s);
   return found;
 }

@@ -160,9 +160,7 @@ Options StepSolver::options() const {
   return options;
 }
 
-double most_work(std::size_t blocks) {
-  return step::policy.work_per_block * static_cast<double>(std::max(blocks, step::policy.few_blocks));
-}
+double most_work(std::size_t blocks) { return step::policy.work_per_block * static_cast<double>(1 + blocks); }
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart start, Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();

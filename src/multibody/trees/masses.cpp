@@ -55,7 +55,7 @@ void make_inertias(const Model& model, const Tree& tree, const BodyFrames& frame
     const double m = model.body(body).mass;
     const Vec3 c = frames[body].centre - trees.places[i].reference;
     const double cc = dot(c, c);
-    TreeInertia& inertia = trees.inertias[i];
+    SpatialInertia& inertia = trees.inertias[i];
     inertia = {m, m * c, frames[body].inertia};
     for (int r = 0; r < 3; ++r)
       for (int k = 0; k < 3; ++k) inertia.second(r, k) += m * ((r == k ? cc : 0) - c[r] * c[k]);
@@ -110,7 +110,7 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_
       in.memory.carried[i].second = in.memory.carried[i].second + trees.stiffness[tree.moving()[i].body];
   for (std::size_t i = tree.moving().size(); i-- > 0;) {
     const TreeBody& b = tree.moving()[i];
-    const TreeInertia& inertia = in.memory.carried[i];
+    const SpatialInertia& inertia = in.memory.carried[i];
     for (std::size_t k = b.first; k < b.first + b.count; ++k) {
       const Flow momentum = momentum_of(inertia, trees.columns[k]);
       double* row = &linkage.rows[linkage.first[k]];
@@ -124,11 +124,7 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_
       const DriveShares share = drive_shares(in.h, in.last, drive.euler);
       diagonal += in.kick() * (drive.damping * share.rate_after + drive.stiffness * share.stretch_after);
     }
-    if (b.above < 0) continue;
-    TreeInertia& parent = in.memory.carried[b.above];
-    parent.mass += inertia.mass;
-    parent.first += inertia.first;
-    parent.second = parent.second + inertia.second;
+    if (b.above >= 0) in.memory.carried[b.above] += inertia;
   }
   linkage.factor();
   return masses;

@@ -14,10 +14,6 @@ namespace amontons {
 
 namespace {
 
-Transform pose_in(const State& state, Index body) {
-  return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
-}
-
 // The frames of a joint at its coordinates, the columns, and the chain, which rows read. Screws are those of
 // chain_kinematics(); errors are zero, as the pose is that of the coordinates. A column is the flow of the
 // moving body against its parent: if that body is B of the joint, its sign is the opposite of the screw's.

@@ -179,7 +179,7 @@ static void subtract_velocity_terms(const TreeSetting& in, TreeStep& trees) {
       // From the parent to the body: the first dof is next to body B of the joint.
       const std::size_t k = b.first + (b.reversed ? b.count - 1 - c : c);
       const Flow s = trees.before[k] * trees.columns[k];
-      a += {cross(v.angular, s.linear) + cross(v.linear, s.angular), cross(v.angular, s.angular)};
+      a += carried(v, s);
       v += s;
     }
     in.memory.flow[i] = v;

@@ -20,12 +20,16 @@
 #include <vector>
 
 #include "amontons/multibody/bodies/bodies.hpp"
+#include "amontons/multibody/kinematics/spatial.hpp"
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/trees/flow.hpp"
 
 namespace amontons {
+
+// A twist, or a wrench, about the reference point of a tree. About a point of the world it would lose digits
+// in proportion to the distance of the tree from it.
+using Flow = Twist;
 
 // A body of a tree at the start of a step.
 struct TreePlace {
@@ -36,17 +40,6 @@ struct TreePlace {
   ChainKinematics chain;
   std::array<Screw, 6> duals;
 };
-// Mass, first moment and inertia about the reference point, of a body or of all that it supports.
-struct TreeInertia {
-  double mass = 0;
-  Vec3 first;
-  Mat3 second;
-};
-// The momentum of a body with the flow v, as a wrench: p = m v_O + omega x m c, L_O = I_O omega + m c x v_O.
-inline Flow momentum_of(const TreeInertia& inertia, const Flow& v) {
-  return {inertia.mass * v.linear + cross(v.angular, inertia.first),
-          inertia.second * v.angular + cross(inertia.first, v.linear)};
-}
 // Spring, damper and inertia along a coordinate, and the share of implicit Euler (joints/row_terms.hpp).
 struct TreeDrive {
   double stiffness = 0, stretch = 0, damping = 0, inertia = 0, euler = 1;
@@ -58,7 +51,7 @@ struct TreeMemory {
   // Per TreeBody: `flow` of the last make_flows(), `moved` and `chord` of the last make_momenta().
   std::vector<Flow> flow, bias, impulse, loads, momenta, chord, chord_before;
   std::vector<Transform> moved;
-  std::vector<TreeInertia> carried;
+  std::vector<SpatialInertia> carried;
   // Per coordinate.
   std::vector<double> along, mean, pushed, first;
   std::vector<double> wrenches;
@@ -91,10 +84,10 @@ struct TreeSetting {
 //
 // Where the trees stand at the start of a step, their M, and their rates.
 struct TreeStep {
-  std::vector<TreePlace> places;      // per TreeBody
-  std::vector<TreeInertia> inertias;  // per TreeBody, of it alone
-  std::vector<Flow> columns, duals;   // per coordinate: motion per unit rate; wrench whose power is the rate
-  std::vector<TreeDrive> drives;      // per coordinate
+  std::vector<TreePlace> places;         // per TreeBody
+  std::vector<SpatialInertia> inertias;  // per TreeBody, of it alone, about the reference point
+  std::vector<Flow> columns, duals;  // per coordinate: motion per unit rate; wrench whose power is the rate
+  std::vector<TreeDrive> drives;     // per coordinate
   // Per body of the model: inertia that stands for the stiffness of light links; empty: none needs it.
   std::vector<Mat3> stiffness;
   std::shared_ptr<ConstrainedBodies> constrained;  // M with drives, factored

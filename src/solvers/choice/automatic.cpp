@@ -73,13 +73,11 @@ Field first_order(bool held) {
 
 // Methods that factor. The interior point converges under the associated law. Under coulomb its matrices are
 // unsymmetric, twice the work of symmetric ones. Newton's method continues where the path stops, and finds
-// the faces that stop it. The frozen path takes several paths of symmetric matrices. With many contacts the
-// path of coulomb has many folds, and the frozen one comes first.
+// the faces that stop it. The frozen path takes at least two paths of symmetric matrices. With many contacts
+// the path of coulomb has many folds, and the frozen one comes first.
 void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
-  const double path = choice::policy.path_factorizations;
-  Field of_path{{.start = start_central_path,
-                 .why = "factors in every iteration",
-                 .factorizations = coulomb ? 2 * path : path},
+  const double path = choice::policy.path_factorizations, of_law = coulomb ? 2 * path : path;
+  Field of_path{{.start = start_central_path, .why = "factors in every iteration", .factorizations = of_law},
                 {.start = start_newton,
                  .why = "finds the faces that hold the path back",
                  .limit = choice::policy.first_turn,
@@ -89,7 +87,7 @@ void add_factoring(Field& field, bool coulomb, std::size_t blocks) {
     of_path.insert(blocks > choice::policy.many_blocks ? of_path.begin() : of_path.end(),
                    {.start = start_frozen_path,
                     .why = "finds the stresses for the friction directions so far",
-                    .factorizations = choice::policy.frozen_paths * path});
+                    .factorizations = of_law});
   field.insert(field.end(), of_path.begin(), of_path.end());
 }
 

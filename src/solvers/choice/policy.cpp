@@ -13,7 +13,6 @@ constinit Policy policy;
                            {"most_bodies", &policy.most_bodies},
                            {"path_factorizations", &policy.path_factorizations},
                            {"many_blocks", &policy.many_blocks},
-                           {"frozen_paths", &policy.frozen_paths},
                            {"least_progress", &policy.least_progress},
                            {"assembly", &policy.assembly},
                            {"first_turn", &policy.first_turn},

@@ -23,11 +23,9 @@ struct Policy {
   // Progress (log of the residual): assumed at least for half of a method's work, because early rates say
   // little. Without it 1000 spheres in a box (benchmarks/corpus.py) take 50 times the work.
   double least_progress = 0.05;
-  // Factorisations (count): expected of the interior point.
+  // Factorisations (count): expected of the interior point. Twice as many under coulomb, as with half of that
+  // walls and spheres in a box take up to eight times the work: first-order iterations end too early.
   double path_factorizations = 11;
-  // Paths (count): expected with the De Saxce term held. With 1 walls and spheres in a box take up to eight
-  // times the work, as first-order iterations end too early.
-  double frozen_paths = 4;
   // Work (units per block): of assembling a factorisation and of a method's work on its cones. With 11 or 44
   // the work of walls of 192 bricks changes by a tenth.
   double assembly = 22;

@@ -155,24 +155,20 @@ struct GaussSeidel : VectorIterate {
 
 }  // namespace
 
-std::unique_ptr<Run> start_gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
+// A sweep over bodies changes the velocities of two bodies per row; an impulse on a tree moves all of it.
+Solution gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
+  if (has_trees(problem)) return gauss_seidel(as_matrix(problem), options, budget);
   return std::visit(
-      [&]<class Op>(const Op&) -> std::unique_ptr<Run> {
+      [&]<class Op>(const Op&) -> Solution {
         if constexpr (std::is_same_v<Op, CallbackOperator>)
           throw InputError(
               "gauss-seidel needs the rows of A, which a function operator does not have; use p-spg-fb");
         else if constexpr (std::is_same_v<Op, ContactSystem>)
-          return drive<GaussSeidel<BodySweep>>(problem, options, budget);
+          return complete(drive<GaussSeidel<BodySweep>>(problem, options, budget));
         else
-          return drive<GaussSeidel<MatrixSweep<Op>>>(problem, options, budget);
+          return complete(drive<GaussSeidel<MatrixSweep<Op>>>(problem, options, budget));
       },
       problem.A);
-}
-
-// A sweep over bodies changes the velocities of two bodies per row; an impulse on a tree moves all of it.
-Solution gauss_seidel(const Problem& problem, const Options& options, Budget& budget) {
-  if (!has_trees(problem)) return complete(start_gauss_seidel(problem, options, budget));
-  return gauss_seidel(as_matrix(problem), options, budget);
 }
 
 }  // namespace amontons

@@ -127,17 +127,16 @@ void IslandSolver::find_faces() {
   }
 }
 
-// Sweeps from the best x, in about the time of the Newton step that failed, which is what they are charged. A
-// sweep multiplies whole rows of W by x: some of these multiplications take the time of one in a Newton step.
+// Sweeps from the best x, with as many multiplications as the Newton step that failed.
 void IslandSolver::settle() {
   if (!swept_) sweeps_.start(*island_, law_, p_);
   const std::uint64_t begin = swept_ ? sweeps_.work() : 0;
   swept_ = true;
   x_ = best_;
   sweeps_.begin_at(x_);
-  const std::uint64_t end = sweeps_.work() + direct::policy.sweeps_per_step * newton_.work();
+  const std::uint64_t end = sweeps_.work() + newton_.work();
   while (sweeps_.work() < end) sweeps_.sweep(x_);
-  work_ += (sweeps_.work() - begin) / direct::policy.sweeps_per_step;
+  work_ += sweeps_.work() - begin;
   evaluate(x_, u_);
   keep_better(x_, u_);
 }

@@ -15,7 +15,6 @@ constinit Policy policy;
                            {"reduced_share", &policy.reduced_share},
                            {"stale_steps", &policy.stale_steps},
                            {"proximal", &policy.proximal},
-                           {"sweeps_per_step", &policy.sweeps_per_step},
                            {"projections", &policy.projections},
                            {"most_steps", &policy.most_steps}});
 

@@ -35,9 +35,6 @@ struct Policy {
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
   // of freedom of the bodies. It changes their impulses by no more than the tolerance.
   double proximal = 1e-7;
-  // Sweeps after a failed Newton step (multiplications for one of that step): they are a limit of work; half
-  // and twice are flat in benchmarks/sensitivity.py.
-  std::size_t sweeps_per_step = 2;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most runs of robots on the floor (`benchmarks/robots.py --fall`).
   int projections = 3;

@@ -68,17 +68,4 @@ void ThinMatrix::add_terms(std::span<const std::size_t> rows, std::span<double> 
   for (std::size_t i = 0; i < n; ++i) N[(stride + 1) * i] += 1;
 }
 
-// For tests: no method needs W where it is thin.
-void ThinMatrix::fill(std::vector<double>& W) const {
-  const std::size_t m = rows();
-  W.assign(m * m, 0.0);
-  std::vector<double> z;
-  for (std::size_t i = 0; i < m; ++i) {
-    z.assign(row(i), row(i) + stride);
-    hold(z.data());
-    AMONTONS_DISPATCH(add_row_products, &W[m * i], Y.data(), z.data(), m, stride);
-    W[(m + 1) * i] += E[i];
-  }
-}
-
 }  // namespace amontons

@@ -35,8 +35,6 @@ struct ThinMatrix {
   // `rows`, in their order, and room for terms() numbers.
   void add_terms(std::span<const std::size_t> rows, std::span<double> T, std::vector<double>& N) const;
   std::size_t terms() const { return (rows() + 5) * stride; }
-  // W itself, row by row.
-  void fill(std::vector<double>& W) const;
 };
 
 }  // namespace amontons

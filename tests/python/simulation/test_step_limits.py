@@ -19,7 +19,7 @@ def work_of(report):
     blocks = report.contacts + report.joint_rows
     factorization = (3 * blocks) ** 3 / 3 / 80
     work = report.products * (blocks + 16) + report.factorizations * factorization
-    return work / (4e4 * max(blocks, 40))
+    return work / (4e4 * (1 + blocks))
 
 
 # Breaks when a step that cannot be solved works on without bound, leaves its state, or ends otherwise the

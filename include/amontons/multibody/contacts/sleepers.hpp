@@ -70,7 +70,6 @@ struct Sleepers {
   // Parts of the contacts in sums over the whole scene.
   double overlap = 0;      // m, the largest of rigid ones
   double penetration = 0;  // m, of all
-  double fastest = 0;      // m/s, of a contact point with the free velocities
   SquaredMaps maps;
 
   bool have(double closing_now, double slack_now) const {

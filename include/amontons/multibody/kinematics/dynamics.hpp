@@ -7,15 +7,12 @@
 // The equations of motion of the tree, M(q) qdd + c(q, qd) = tau, with all forces in tau.
 namespace amontons {
 
-// A force (or momentum), and its moment about the world's origin.
-struct Wrench {
-  Vec3 force, moment;
-};
 // For one body: its momentum, and the force that its motion requires besides gravity, that is the rate of the
-// momentum minus the weight. The sum over bodies is the external force and moment.
+// momentum minus the weight. Each has its moment about the world's origin as the angular part. The sum over
+// bodies is the external force and moment.
 struct BodyMomentum {
   Vec3 centre;  // of mass, world
-  Wrench momentum, force;
+  Twist momentum, force;
 };
 // The momenta of all bodies of the model. Those that are not dynamic count with the mass in their
 // description.

@@ -2,20 +2,11 @@
 #include <span>
 #include <vector>
 
+#include "amontons/multibody/kinematics/spatial.hpp"
 #include "amontons/multibody/kinematics/tree.hpp"
 #include "amontons/multibody/model/state.hpp"
 
 namespace amontons {
-
-// The velocity of a body: of its point at the world's origin, and angular. Or the rates of both, the spatial
-// acceleration, which is that of the flow at a place and not of a particle. World axes.
-//
-// About one common point twists of all bodies add, which makes every formula of the tree one line
-// (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 2). Far from the origin cancellation costs digits
-// in proportion to the distance over the size of the model.
-struct Twist {
-  Vec3 linear, angular;
-};
 
 // Motion of every body of the model.
 struct TreeMotion {
@@ -63,10 +54,5 @@ TreeMotion motion_of(const Tree& tree, const State& state, const TreePose& pose,
 void write_poses(const Tree& tree, std::span<const double> q, State& state);
 // Stores the velocities of dynamic bodies at q in the state; poses are unchanged.
 void write_velocities(const Tree& tree, std::span<const double> q, std::span<const double> qd, State& state);
-
-// The velocity of a twist at a point of the world.
-constexpr Vec3 velocity_at(const Twist& twist, const Vec3& point) {
-  return twist.linear + cross(twist.angular, point);
-}
 
 }  // namespace amontons

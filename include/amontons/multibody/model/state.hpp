@@ -103,6 +103,11 @@ struct State {
   std::vector<double> bond_openings;
 };
 
+// The pose of a body; that of the world is the identity.
+inline Transform pose_in(const State& state, Index body) {
+  return body < 0 ? Transform{} : Transform{state.positions[body], state.orientations[body]};
+}
+
 // Throws InputError naming the body whose position, orientation or velocity is not finite, or whose
 // orientation is not a unit quaternion within 1e-6. It looks at the bodies of `changed` and at all controls.
 void validate(const Model& model, const State& state, const Subset& changed = {});
