@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 from common import processor
 
-from .plain import Motion, Scene, Unsupported
-from .variant import Variant
+from .plain import Motion, Scene, Unsupported, Variant
 
 HERE = Path(__file__).resolve().parent
 ENVIRONMENTS = HERE.parents[1] / "build" / "engines"
@@ -87,24 +86,25 @@ class Running:
         """The processor time (s)."""
         return float(self.worker.ask(do="advance", where=self.where, steps=steps)["time"])
 
+    def ask(self, what: str) -> dict[str, Any]:
+        return self.worker.ask(do=what, where=self.where)
+
     def motion(self) -> Motion:
-        found = self.worker.ask(do="motion", where=self.where)
-        return Motion(*(np.array(values, dtype=float) for values in found.values()))
+        return Motion(*(np.array(values, dtype=float) for values in self.ask("motion").values()))
 
     def contacts(self) -> np.ndarray[Any, Any]:
         """As `law_left` takes them."""
-        found = self.worker.ask(do="contacts", where=self.where)["contacts"]
-        return np.array(found, dtype=float).reshape(-1, 12)
+        return np.array(self.ask("contacts")["contacts"], dtype=float).reshape(-1, 12)
 
     def save(self) -> None:
-        self.worker.ask(do="save", where=self.where)
+        self.ask("save")
 
     def restore(self) -> None:
-        self.worker.ask(do="restore", where=self.where)
+        self.ask("restore")
 
     def close(self) -> None:
         with contextlib.suppress(Unsupported):
-            self.worker.ask(do="close", where=self.where)
+            self.ask("close")
 
 
 @dataclass

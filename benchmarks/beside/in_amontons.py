@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import Geom, Motion, Scene
-from .variant import Variant
+from .plain import Adapter, Geom, Motion, Scene, Variant
 
 IMPORT, PACKAGES = "amontons", ()
 MANUAL = "choosing.md"  # beside the page that shows it
@@ -18,12 +17,15 @@ VARIANTS = (
 )
 
 
-class _Ours:
+class _Ours(Adapter):
+    READS = True
+
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import warnings
 
         import amontons
 
+        super().__init__(scene, dt, options)
         warnings.simplefilter("ignore", amontons.StepWarning)
         model = amontons.load_model(scene.path) if scene.path else _model(scene)
         self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore", **({"threads": 1} | options))
@@ -57,10 +59,8 @@ start = _Ours
 def _shape(g: Geom) -> Any:
     from amontons import shapes
 
-    kinds = {"sphere": shapes.Sphere, "capsule": shapes.Capsule, "plane": shapes.Plane}
-    if g.kind in kinds:
-        return kinds[g.kind](*g.size)
-    return shapes.Box(g.size) if g.kind == "box" else shapes.Hull(g.points())
+    return g.made({"sphere": shapes.Sphere, "capsule": shapes.Capsule, "plane": shapes.Plane,
+                   "hull": shapes.Hull, "box": lambda *half: shapes.Box(half)})  # fmt: skip
 
 
 def _model(scene: Scene) -> Any:

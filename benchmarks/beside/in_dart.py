@@ -6,20 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import (
-    WORLD,
-    Frame,
-    Geom,
-    Link,
-    Motion,
-    Scene,
-    Unsupported,
-    matrix,
-    only_scenes,
-    relative_spin,
-    trees,
-)
-from .variant import Variant
+from .plain import WORLD, Adapter, Frame, Geom, Link, Scene, Variant, matrix
 
 IMPORT, PACKAGES = "dartpy", ("dartpy>=6.20",)
 RELEASE = "https://github.com/dartsim/dart/blob/main/CHANGELOG.md"
@@ -41,31 +28,25 @@ def _isometry(frame: Frame) -> Any:
     return found
 
 
-def _shape(dynamics: Any, g: Geom) -> Any:
-    if g.kind == "box":
-        return dynamics.BoxShape(2 * np.array(g.size))
-    if g.kind == "sphere":
-        return dynamics.SphereShape(g.size[0])
-    if g.kind == "capsule":
-        return dynamics.CapsuleShape(g.size[0], 2 * g.size[1])
-    if g.kind == "plane":
-        # Of its planes and boxes only the latter meet in all of its detectors.
-        return dynamics.BoxShape(np.array((200.0, 200.0, 20.0)))
-    raise Unsupported("hull without a mesh file")
-
-
-class _DART:
+class _DART(Adapter):
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import dartpy
 
-        only_scenes(scene)
-        self.dart, self.scene = dartpy, scene
+        super().__init__(scene, dt, options)
+        self.dart, d = dartpy, dartpy.dynamics
+        self.makers = {
+            "box": lambda *half: d.BoxShape(2 * np.array(half)), "sphere": d.SphereShape,
+            "capsule": lambda radius, half: d.CapsuleShape(radius, 2 * half),
+            # Of its planes and boxes only the latter meet in all of its detectors.
+            "plane": lambda: d.BoxShape(np.array((200.0, 200.0, 20.0))),
+        }  # fmt: skip
         self.world = dartpy.simulation.World("world")
+        self.step = self.world.step
         self.world.setTimeStep(dt)
         self.world.setGravity(np.array(scene.gravity))
         self._settle(options)
-        self.nodes: dict[int, Any] = {}
-        links, loops = trees(scene)
+        self.bodies = {}
+        links, loops = scene.trees()
         skeletons: dict[int, Any] = {}
         for link in links:
             self._add(link, skeletons)
@@ -75,11 +56,12 @@ class _DART:
         solver = self.world.getConstraintSolver()
         for j in loops:
             at = scene.frame(j.a)(j.point_a)
-            other = [self.nodes[j.b]] if j.b != WORLD else []
+            other = [self.bodies[j.b]] if j.b != WORLD else []
             # Its hinge constraint of two bodies holds too few directions to close a plane loop with a drift.
-            solver.addConstraint(dartpy.constraint.BallJointConstraint(self.nodes[j.a], *other, at))
-        for body, node in self.nodes.items():
-            self._dress(body, node)
+            solver.addConstraint(dartpy.constraint.BallJointConstraint(self.bodies[j.a], *other, at))
+        for body, node in self.bodies.items():
+            for g in scene.touching(body):
+                self._attach(node, g, g.frame)
 
     def _settle(self, options: dict[str, Any]) -> None:
         constraint, collision = self.dart.constraint, self.dart.collision
@@ -105,13 +87,13 @@ class _DART:
         """A link: frames of joints coincide at the start, in the axes of the body."""
         dynamics, scene, body = self.dart.dynamics, self.scene, self.scene.bodies[link.body]
         properties = dynamics.BodyNodeProperties(dynamics.BodyNodeAspectProperties(f"b{link.body}"))
-        if link.joint is None or link.parent not in self.nodes:
+        if link.joint is None or link.parent not in self.bodies:
             skeleton = dynamics.Skeleton(f"s{link.body}")
             skeleton.disableSelfCollisionCheck()
         else:
             skeleton = skeletons[link.parent]
         skeletons[link.body] = skeleton
-        parent = self.nodes.get(link.parent)
+        parent = self.bodies.get(link.parent)
         if link.joint is None:
             joint, node = skeleton.createFreeJointAndBodyNodePair(
                 None, dynamics.FreeJointProperties(), properties
@@ -121,7 +103,7 @@ class _DART:
             hinge = link.joint.kind == "hinge"
             p = dynamics.RevoluteJointProperties() if hinge else dynamics.BallJointProperties()
             p.mName = f"j{link.body}"
-            p.mT_ParentBodyToJoint = _isometry(scene.frame(link.parent).inverse() @ body.frame @ on_child)
+            p.mT_ParentBodyToJoint = _isometry(scene.between(link.body, link.parent) @ on_child)
             p.mT_ChildBodyToJoint = _isometry(on_child)
             if hinge:
                 p.mAxis = link.axis()
@@ -129,20 +111,20 @@ class _DART:
             else:
                 joint, node = skeleton.createBallJointAndBodyNodePair(parent, p, properties)
         node.setInertia(dynamics.Inertia(body.mass, np.array(body.centre), np.array(body.inertia)))
-        self.nodes[link.body] = node
+        self.bodies[link.body] = node
         if link.joint is None:
             dynamics.FreeJoint.setTransformOf(joint, _isometry(body.frame))
             joint.setAngularVelocity(np.array(body.spin))
             joint.setLinearVelocity(np.array(body.velocity))
         else:
-            spin = relative_spin(scene, link)
+            spin = scene.relative_spin(link)
             joint.setVelocities(np.array([link.axis() @ spin]) if link.joint.kind == "hinge" else spin)
 
     def _add_fixed(self) -> None:
         """The world's shapes, each on a skeleton that cannot move."""
         dynamics = self.dart.dynamics
-        for k, g in enumerate(self.scene.geoms):
-            if g.body in self.nodes or not (g.category or g.mask):
+        for k, g in enumerate(self.scene.touching()):
+            if g.body in self.bodies:
                 continue
             ground = dynamics.Skeleton(f"g{k}")
             joint, node = ground.createWeldJointAndBodyNodePair()
@@ -154,32 +136,19 @@ class _DART:
             ground.setMobile(False)
             self.world.addSkeleton(ground)
 
-    def _dress(self, body: int, node: Any) -> None:
-        for g in self.scene.geoms:
-            if g.body == body and (g.category or g.mask):
-                self._attach(node, g, g.frame)
-
     def _attach(self, node: Any, g: Geom, frame: Frame) -> None:
-        shape = node.createShapeNode(_shape(self.dart.dynamics, g))
+        shape = node.createShapeNode(g.made(self.makers))
         shape.createCollisionAspect()
         shape.createDynamicsAspect()
         shape.getDynamicsAspect().setFrictionCoeff(g.friction)
         shape.getDynamicsAspect().setRestitutionCoeff(g.restitution)
         shape.setRelativeTransform(_isometry(frame))
 
-    def advance(self, steps: int) -> None:
-        for _ in range(steps):
-            self.world.step()
-
-    def motion(self) -> Motion:
-        found = Motion.start(self.scene)
-        for i, node in self.nodes.items():
-            pose = node.getWorldTransform()
-            q = self.dart.math.Quaternion(pose.rotation())
-            found.positions[i] = pose.translation()
-            found.orientations[i] = q.w(), q.x(), q.y(), q.z()
-            found.linear[i], found.angular[i] = node.getLinearVelocity(), node.getAngularVelocity()
-        return found
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        pose = body.getWorldTransform()
+        q = self.dart.math.Quaternion(pose.rotation())
+        wxyz = q.w(), q.x(), q.y(), q.z()
+        return pose.translation(), wxyz, body.getLinearVelocity(), body.getAngularVelocity()
 
     def contacts(self) -> list[list[float]]:
         found = []

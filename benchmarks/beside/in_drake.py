@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import WORLD, Frame, Geom, Link, Motion, Scene, Unsupported, matrix, relative_spin, trees
-from .variant import Variant
+from .plain import WORLD, Adapter, Frame, Geom, Link, Scene, Unsupported, Variant, matrix
 
 IMPORT, PACKAGES = "pydrake", ("drake>=1.40",)
 HYDROELASTIC = "https://drake.mit.edu/doxygen_cxx/group__hydroelastic__user__guide.html"
@@ -30,14 +29,16 @@ MOST_PATCHES = 200
 """Bodies of scenes where faces meet in patches: 750 bricks take 5 s a step."""
 
 
-class _Drake:
+class _Drake(Adapter):
+    READS = True
+
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         from pydrake.geometry import SceneGraphConfig
         from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
         from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
         from pydrake.systems.framework import DiagramBuilder
 
-        self.scene, self.dt = scene, dt
+        super().__init__(scene, dt, options)
         if options.get("patches") and len(scene.bodies) > MOST_PATCHES:
             raise Unsupported(f"patches for {len(scene.bodies)} bodies within minutes a step")
         self.patches = bool(options.get("patches"))
@@ -71,15 +72,11 @@ class _Drake:
         except RuntimeError as error:  # the solver has not converged, or the state is not finite
             raise Unsupported(f"way on: {' '.join(str(error).split())[:120]}") from None
 
-    def motion(self) -> Motion:
-        found = Motion.start(self.scene) if not self.scene.path else Motion.empty(len(self.scene.names))
-        for i, body in self.bodies.items():
-            pose = self.plant.EvalBodyPoseInWorld(self.context, body)
-            velocity = self.plant.EvalBodySpatialVelocityInWorld(self.context, body)
-            found.positions[i] = pose.translation()
-            found.orientations[i] = pose.rotation().ToQuaternion().wxyz()
-            found.linear[i], found.angular[i] = velocity.translational(), velocity.rotational()
-        return found
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        pose = self.plant.EvalBodyPoseInWorld(self.context, body)
+        velocity = self.plant.EvalBodySpatialVelocityInWorld(self.context, body)
+        q = pose.rotation().ToQuaternion().wxyz()
+        return pose.translation(), q, velocity.translational(), velocity.rotational()
 
     def contacts(self) -> list[list[float]]:
         """Of points; a patch tells the sum of its forces alone."""
@@ -119,15 +116,11 @@ def _transform(frame: Frame) -> Any:
 def _shape(g: Geom) -> Any:
     from pydrake import geometry
 
-    if g.kind == "box":
-        return geometry.Box(*(2 * x for x in g.size))
-    if g.kind == "sphere":
-        return geometry.Sphere(g.size[0])
-    if g.kind == "capsule":
-        return geometry.Capsule(g.size[0], 2 * g.size[1])
-    if g.kind == "hull":
-        return geometry.Convex(g.points().T, "hull")
-    return geometry.HalfSpace()
+    return g.made({
+        "box": lambda *half: geometry.Box(*(2 * x for x in half)), "sphere": geometry.Sphere,
+        "capsule": lambda radius, half: geometry.Capsule(radius, 2 * half), "plane": geometry.HalfSpace,
+        "hull": lambda points: geometry.Convex(points.T, "hull"),
+    })  # fmt: skip
 
 
 def _properties(g: Geom, options: dict[str, Any]) -> Any:
@@ -146,7 +139,7 @@ def _properties(g: Geom, options: dict[str, Any]) -> Any:
     if g.body == WORLD:
         geometry.AddRigidHydroelasticProperties(1.0, found)
     else:
-        size = min(g.size) if g.kind != "hull" else float(np.ptp(g.points(), axis=0).min()) / 2
+        size = min(g.size) if g.kind != "hull" else np.ptp(g.made({"hull": np.array}), axis=0).min() / 2
         geometry.AddCompliantHydroelasticProperties(0.5 * size, options["modulus"], found)
     return found
 
@@ -162,14 +155,11 @@ def _build(plant: Any, graph: Any, scene: Scene, options: dict[str, Any]) -> dic
         about = UnitInertia(full[0, 0], full[1, 1], full[2, 2], full[0, 1], full[0, 2], full[1, 2])
         inertia = SpatialInertia(b.mass, np.array(b.centre), about.ShiftFromCenterOfMass(np.array(b.centre)))
         bodies[i] = plant.AddRigidBody(f"b{i}", inertia)
-    for k, g in enumerate(scene.geoms):
+    for k, g in enumerate(scene.touching()):
         on = bodies.get(g.body, plant.world_body())
-        frame = g.frame if g.body in bodies else scene.placed(g)
-        if g.category or g.mask:
-            plant.RegisterCollisionGeometry(
-                on, _transform(frame), _shape(g), f"g{k}", _properties(g, options)
-            )
-    links, loops = trees(scene)
+        frame = _transform(g.frame if g.body in bodies else scene.placed(g))
+        plant.RegisterCollisionGeometry(on, frame, _shape(g), f"g{k}", _properties(g, options))
+    links, loops = scene.trees()
     for link in links:
         if link.joint is not None:
             _add_joint(plant, scene, link, bodies)
@@ -189,7 +179,7 @@ def _add_joint(plant: Any, scene: Scene, link: Link, bodies: dict[int, Any]) -> 
 
     assert link.joint
     on_child = Frame(link.anchor(), (1.0, 0.0, 0.0, 0.0) if link.joint.kind == "hinge" else ROLL)
-    on_parent = scene.frame(link.parent).inverse() @ scene.frame(link.body) @ on_child
+    on_parent = scene.between(link.body, link.parent) @ on_child
     parent = bodies.get(link.parent, plant.world_body())
     name = f"j{link.body}"
     f = plant.AddFrame(FixedOffsetFrame(f"{name}p", parent.body_frame(), _transform(on_parent)))
@@ -205,8 +195,8 @@ def _filter(plant: Any, graph: Any, scene: Scene, bodies: dict[int, Any]) -> Non
     from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 
     kinds: dict[tuple[int, int], list[Any]] = {}
-    for g in scene.geoms:
-        if g.body in bodies and (g.category or g.mask):
+    for g in scene.touching():
+        if g.body in bodies:
             kinds.setdefault((g.category, g.mask), []).append(bodies[g.body])
     for (category, mask), some in kinds.items():
         if not category & mask:
@@ -219,14 +209,14 @@ def _filter(plant: Any, graph: Any, scene: Scene, bodies: dict[int, Any]) -> Non
 def _set_start(d: _Drake) -> None:
     from pydrake.multibody.math import SpatialVelocity
 
-    for link in trees(d.scene)[0]:
+    for link in d.scene.trees()[0]:
         b = d.scene.bodies[link.body]
         if link.joint is None:
             d.plant.SetFreeBodyPose(d.context, d.bodies[link.body], _transform(b.frame))
             velocity = SpatialVelocity(np.array(b.spin), np.array(b.velocity))
             d.plant.SetFreeBodySpatialVelocity(d.context, d.bodies[link.body], velocity)
             continue
-        spin = relative_spin(d.scene, link)
+        spin = d.scene.relative_spin(link)
         joint = d.plant.GetJointByName(f"j{link.body}")
         if link.joint.kind == "hinge":
             joint.set_angular_rate(d.context, float(link.axis() @ spin))

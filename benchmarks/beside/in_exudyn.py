@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import WORLD, Motion, Scene, Unsupported, matrix, only_scenes, quaternion
-from .variant import Variant
+from .plain import WORLD, Adapter, Scene, Unsupported, Variant, matrix, quaternion
 
 IMPORT, PACKAGES = "exudyn", ("exudyn>=1.9",)
 GUIDE = "https://exudyn.readthedocs.io/en/v1.9.0/docs/RST/structures/SimulationSettings.html"
@@ -17,19 +16,19 @@ ACCURATE = {"solver": "TrapezoidalIndex2", "relativeTolerance": 1e-10}
 VARIANTS = (Variant("Exudyn", {}, GUIDE), Variant("Exudyn, trapezoids", ACCURATE, GUIDE, tuned=True))
 
 
-class _Exudyn:
+class _Exudyn(Adapter):
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import exudyn
         from exudyn.utilities import RigidBodyInertia
 
-        only_scenes(scene)
-        if any(g.category or g.mask for g in scene.geoms):
+        super().__init__(scene, dt, options)
+        if scene.touching():
             raise Unsupported("contacts of rigid boxes and planes by Coulomb's law")
-        self.scene, self.dt, self.time = scene, dt, 0.0
+        self.time, self.kind = 0.0, exudyn.OutputVariableType
         self.system = exudyn.SystemContainer()
         self.mbs = self.system.AddSystem()
         self.ground = self.mbs.CreateGround()
-        self.bodies: dict[int, Any] = {}
+        self.bodies = {}
         for i, b in enumerate(scene.bodies):
             if b.moves:
                 if any(b.centre):
@@ -70,19 +69,12 @@ class _Exudyn:
         self.mbs.SolveDynamic(self.settings, solverType=self.solver, updateInitialValues=True)
         self.time = s.endTime
 
-    def motion(self) -> Motion:
-        import exudyn
-
-        found, kind = Motion.start(self.scene), exudyn.OutputVariableType
-        for i, body in self.bodies.items():
-
-            def tell(what: Any, body: Any = body) -> Any:
-                return self.mbs.GetObjectOutputBody(body, what, localPosition=[0, 0, 0])
-
-            found.positions[i] = tell(kind.Position)
-            found.orientations[i] = quaternion(np.array(tell(kind.RotationMatrix)).reshape(3, 3))
-            found.linear[i], found.angular[i] = tell(kind.Velocity), tell(kind.AngularVelocity)
-        return found
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        kinds = (self.kind.Position, self.kind.RotationMatrix, self.kind.Velocity, self.kind.AngularVelocity)
+        at, turn, velocity, spin = (
+            self.mbs.GetObjectOutputBody(body, kind, localPosition=[0, 0, 0]) for kind in kinds
+        )
+        return at, quaternion(np.array(turn).reshape(3, 3)), velocity, spin
 
 
 start = _Exudyn

@@ -7,20 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import (
-    WORLD,
-    Frame,
-    Geom,
-    Link,
-    Motion,
-    Scene,
-    Unsupported,
-    loop_points,
-    matrix,
-    relative_spin,
-    trees,
-)
-from .variant import Variant
+from .plain import WORLD, Adapter, Frame, Geom, Link, Motion, Scene, Unsupported, Variant, matrix
 
 IMPORT, PACKAGES = "mujoco", ("mujoco>=3.3",)
 # {dt} is two steps, the shortest time constant of constraints that MuJoCo takes.
@@ -58,7 +45,7 @@ def _geom(number: int, g: Geom) -> str:
 
 def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
     """Bodies, geoms and joints; a fixed body is part of the world."""
-    links, loops = trees(scene)
+    links, loops = scene.trees()
     children: dict[int, list[Link]] = {}
     for link in links:
         children.setdefault(link.parent, []).append(link)
@@ -73,10 +60,8 @@ def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
         if link.joint is None:
             return "<freejoint/>"
         at = f'pos="{_text(link.anchor())}"'
-        hinge = link.joint.kind == "hinge"
-        return f'<joint type="hinge" axis="{_text(link.axis())}" {at}/>' if hinge else (
-            f'<joint type="ball" {at}/>'
-        )  # fmt: skip
+        axis = f'axis="{_text(link.axis())}"' if link.joint.kind == "hinge" else ""
+        return f'<joint type="{link.joint.kind}" {axis} {at}/>'
 
     # From the leaves on: a chain of a thousand links is deeper than Python's stack.
     inside: dict[int, str] = {}
@@ -84,7 +69,7 @@ def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
         body = scene.bodies[link.body]
         i3 = np.asarray(body.inertia)
         full = _text([i3[0, 0], i3[1, 1], i3[2, 2], i3[0, 1], i3[0, 2], i3[1, 2]])
-        frame = scene.frame(link.parent).inverse() @ body.frame
+        frame = scene.between(link.body, link.parent)
         inside[link.body] = (
             f'<body name="b{link.body}" {_pose(frame)}>{"".join(geoms.get(link.body, []))}{joint(link)}'
             f'<inertial pos="{_text(body.centre)}" mass="{body.mass:.17g}" fullinertia="{full}"/>'
@@ -98,8 +83,7 @@ def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
     for j in loops:
         second = f'body2="b{j.b}"' if j.b != WORLD else ""
         closing += [
-            f'<connect body1="b{j.a}" {second} anchor="{_text(point)}"/>'
-            for point, _ in loop_points(scene, j)
+            f'<connect body1="b{j.a}" {second} anchor="{_text(point)}"/>' for point, _ in scene.loop_points(j)
         ]
     option = f'<option timestep="{dt:.17g}" gravity="{_text(scene.gravity)}" {options.get("option", "")}/>'
     geom, equality = (options.get(key, "").format(dt=2 * dt) for key in ("geom", "equality"))
@@ -111,24 +95,27 @@ def mjcf(scene: Scene, dt: float, options: dict[str, Any]) -> str:
 
 
 def _set_velocities(scene: Scene, m: Any, d: Any) -> None:
-    for link in trees(scene)[0]:
+    for link in scene.trees()[0]:
         body = scene.bodies[link.body]
         first = m.jnt_dofadr[m.body(f"b{link.body}").jntadr[0]]
         if link.joint is None:
             d.qvel[first : first + 3] = body.velocity
             d.qvel[first + 3 : first + 6] = matrix(body.frame.rotation).T @ np.array(body.spin)
             continue
-        spin = relative_spin(scene, link)
+        spin = scene.relative_spin(link)
         if link.joint.kind == "ball":
             d.qvel[first : first + 3] = spin
         else:
             d.qvel[first] = link.axis() @ spin
 
 
-class _MuJoCo:
+class _MuJoCo(Adapter):
+    READS = True
+
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import mujoco
 
+        super().__init__(scene, dt, options)
         self.engine = mujoco
         if scene.path:
             self.m, names = _from_file(mujoco, scene, dt, options), list(scene.names)

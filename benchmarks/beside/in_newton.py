@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import Frame, Geom, Motion, Scene, Unsupported, matrix, only_scenes, wxyz, xyzw
-from .variant import Variant
+from .plain import Adapter, Frame, Geom, Motion, Scene, Variant, wxyz, xyzw
 
 IMPORT, PACKAGES = "newton", ("newton>=1.8",)
 TUNE = "https://isaac-sim.github.io/IsaacLab/release/3.0.0/source/concepts/solver-tuning/tune_kamino.html"
@@ -22,15 +21,15 @@ def _transform(wp: Any, frame: Frame) -> Any:
     return wp.transform(wp.vec3(*map(float, frame.position)), wp.quat(*xyzw(frame.rotation)))
 
 
-class _Newton:
+class _Newton(Adapter):
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import newton
         import warp as wp
 
-        only_scenes(scene)
+        super().__init__(scene, dt, options)
         wp.config.quiet = True
         wp.set_device("cpu")
-        self.wp, self.newton, self.scene, self.dt = wp, newton, scene, dt
+        self.wp, self.newton = wp, newton
         builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
         newton.solvers.SolverKamino.register_custom_attributes(builder)
         builder.default_shape_cfg.margin = builder.default_shape_cfg.gap = 0.0
@@ -42,9 +41,8 @@ class _Newton:
                 builder.add_joint_free(child=b)
         for j in scene.joints:
             self._join(builder, j)
-        for g in scene.geoms:
-            if g.category or g.mask:
-                self._attach(builder, g)
+        for g in scene.touching():
+            self._attach(builder, g)
         builder.end_world()
         self.model = builder.finalize(skip_validation_joints=True)
         config = newton.solvers.SolverKamino.Config.from_model(self.model)
@@ -73,23 +71,20 @@ class _Newton:
         config = self.newton.ModelBuilder.ShapeConfig(
             density=0.0, mu=g.friction, restitution=g.restitution, margin=0.0, gap=0.0
         )
-        if g.kind == "box":
-            builder.add_shape_box(on, xform=at, hx=g.size[0], hy=g.size[1], hz=g.size[2], cfg=config)
-        elif g.kind == "sphere":
-            builder.add_shape_sphere(on, xform=at, radius=g.size[0], cfg=config)
-        elif g.kind == "capsule":
-            builder.add_shape_capsule(on, xform=at, radius=g.size[0], half_height=g.size[1], cfg=config)
-        elif g.kind == "plane":
-            builder.add_shape_plane(None, xform=at, body=on, width=0.0, length=0.0, cfg=config)
-        else:
-            raise Unsupported("collider of hulls in its own detector")
+        shape = {"xform": at, "cfg": config}
+        g.made({
+            "box": lambda x, y, z: builder.add_shape_box(on, hx=x, hy=y, hz=z, **shape),
+            "sphere": lambda radius: builder.add_shape_sphere(on, radius=radius, **shape),
+            "capsule": lambda r, half: builder.add_shape_capsule(on, radius=r, half_height=half, **shape),
+            "plane": lambda: builder.add_shape_plane(None, body=on, width=0.0, length=0.0, **shape),
+        })  # fmt: skip
 
     def _join(self, builder: Any, j: Any) -> int:
         wp = self.wp
         parent = self.bodies.get(j.b, -1)
         child = self.bodies[j.a]
         on_child = Frame(j.point_a)
-        on_parent = self.scene.frame(j.b).inverse() @ self.scene.frame(j.a) @ on_child
+        on_parent = self.scene.between(j.a, j.b) @ on_child
         frames = {"parent_xform": _transform(wp, on_parent), "child_xform": _transform(wp, on_child)}
         if j.kind == "ball":
             return builder.add_joint_ball(parent=parent, child=child, **frames)
@@ -99,25 +94,22 @@ class _Newton:
         poses, twists = self.now.body_q.numpy(), self.now.body_qd.numpy()
         for i, k in self.bodies.items():
             b = self.scene.bodies[i]
-            arm = matrix(b.frame.rotation) @ np.array(b.centre)
             poses[k] = [*b.frame.position, *xyzw(b.frame.rotation)]
-            twists[k] = [*(np.array(b.velocity) + np.cross(b.spin, arm)), *b.spin]
+            twists[k] = [*b.velocity_of_centre(), *b.spin]
         self.now.body_q.assign(poses)
         self.now.body_qd.assign(twists)
 
-    def advance(self, steps: int) -> None:
-        for _ in range(steps):
-            self.solver.step(self.now, self.next, self.control, None, self.dt)
-            self.now, self.next = self.next, self.now
+    def step(self) -> None:
+        self.solver.step(self.now, self.next, self.control, None, self.dt)
+        self.now, self.next = self.next, self.now
 
     def motion(self) -> Motion:
         found = Motion.start(self.scene)
         poses, twists = self.now.body_q.numpy(), self.now.body_qd.numpy()
         for i, k in self.bodies.items():
-            arm = matrix(wxyz(poses[k, 3:])) @ np.array(self.scene.bodies[i].centre)
-            found.positions[i], found.orientations[i] = poses[k, :3], wxyz(poses[k, 3:])
-            found.angular[i] = twists[k, 3:]
-            found.linear[i] = twists[k, :3] - np.cross(twists[k, 3:], arm)
+            q, spin = wxyz(poses[k, 3:]), twists[k, 3:]
+            found.positions[i], found.orientations[i], found.angular[i] = poses[k, :3], q, spin
+            found.linear[i] = twists[k, :3] - np.cross(spin, self.arm(i, q))
         return found
 
 

@@ -3,28 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from .plain import (
-    WORLD,
-    Frame,
-    Geom,
-    Joint,
-    Link,
-    Motion,
-    Scene,
-    Unsupported,
-    loop_points,
-    matrix,
-    only_scenes,
-    relative_spin,
-    trees,
-    wxyz,
-    xyzw,
-)
-from .variant import Variant
+from .plain import WORLD, Adapter, Frame, Geom, Joint, Link, Scene, Unsupported, Variant, wxyz, xyzw
 
 IMPORT, PACKAGES = "pybullet", ("pybullet>=3.2", "numpy")
 GUIDE = "https://github.com/bulletphysics/bullet3/blob/master/docs/pybullet_quickstartguide.pdf"
@@ -34,42 +18,35 @@ TUNED = {"numSolverIterations": 500, "solverResidualThreshold": 0.0, "enableCone
 VARIANTS = (Variant("PyBullet", {}, GUIDE), Variant("PyBullet, cone, 500", TUNED, GUIDE, tuned=True))
 
 
-class _PyBullet:
+class _PyBullet(Adapter):
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import pybullet
 
-        only_scenes(scene)
-        self.engine, self.scene = pybullet, scene
+        super().__init__(scene, dt, options)
+        self.engine = pybullet
         self.client = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
         pybullet.setGravity(*scene.gravity, **self.client)
         pybullet.setPhysicsEngineParameter(fixedTimeStep=dt, numSubSteps=0, **options, **self.client)
+        self.step = partial(pybullet.stepSimulation, **self.client)
         # Of each body of ours: the multibody, and the link in it, -1 for its base.
         self.where: dict[int, tuple[int, int]] = {}
         _build(self)
+        self.bodies = {i: (i, *where) for i, where in self.where.items()}
 
     def close(self) -> None:
         self.engine.disconnect(**self.client)
 
-    def advance(self, steps: int) -> None:
-        for _ in range(steps):
-            self.engine.stepSimulation(**self.client)
-
-    def motion(self) -> Motion:
-        found = Motion.start(self.scene)
-        for i, (body, link) in self.where.items():
-            if link < 0:
-                position, q = self.engine.getBasePositionAndOrientation(body, **self.client)
-                velocity, spin = self.engine.getBaseVelocity(body, **self.client)
-            else:
-                state = self.engine.getLinkState(body, link, 1, 1, **self.client)
-                position, q, velocity, spin = state[0], state[1], state[6], state[7]
-            # These are the centre of mass and its frame, whose axes are ours.
-            arm = matrix(wxyz(q)) @ np.array(self.scene.bodies[i].centre, dtype=float)
-            found.positions[i] = np.array(position) - arm
-            found.orientations[i] = q[3], *q[:3]
-            found.linear[i] = np.array(velocity) - np.cross(spin, arm)
-            found.angular[i] = spin
-        return found
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        i, body, link = body
+        if link < 0:
+            position, q = self.engine.getBasePositionAndOrientation(body, **self.client)
+            velocity, spin = self.engine.getBaseVelocity(body, **self.client)
+        else:
+            state = self.engine.getLinkState(body, link, 1, 1, **self.client)
+            position, q, velocity, spin = state[0], state[1], state[6], state[7]
+        # These are the centre of mass and its frame, whose axes are ours.
+        arm = self.arm(i, wxyz(q))
+        return np.array(position) - arm, wxyz(q), np.array(velocity) - np.cross(spin, arm), spin
 
     def contacts(self) -> list[list[float]]:
         numbers = {where: i for i, where in self.where.items()}
@@ -95,19 +72,16 @@ def _shape(p: _PyBullet, g: Geom, offset: Any) -> int:
     engine = p.engine
     frame = {
         "collisionFramePosition": list(np.array(g.frame.position) - offset),
-        "collisionFrameOrientation": xyzw(g.frame.rotation),
-        **p.client,
-    }
-    if g.kind == "box":
-        return engine.createCollisionShape(engine.GEOM_BOX, halfExtents=g.size, **frame)
-    if g.kind == "sphere":
-        return engine.createCollisionShape(engine.GEOM_SPHERE, radius=g.size[0], **frame)
-    if g.kind == "capsule":
-        size = {"radius": g.size[0], "height": 2 * g.size[1]}
-        return engine.createCollisionShape(engine.GEOM_CAPSULE, **size, **frame)
-    if g.kind == "hull":
-        return engine.createCollisionShape(engine.GEOM_MESH, vertices=g.points().tolist(), **frame)
-    return engine.createCollisionShape(engine.GEOM_PLANE, **p.client)
+        "collisionFrameOrientation": xyzw(g.frame.rotation), **p.client,
+    }  # fmt: skip
+    make = engine.createCollisionShape
+    return g.made({
+        "box": lambda *half: make(engine.GEOM_BOX, halfExtents=half, **frame),
+        "sphere": lambda radius: make(engine.GEOM_SPHERE, radius=radius, **frame),
+        "capsule": lambda r, half: make(engine.GEOM_CAPSULE, radius=r, height=2 * half, **frame),
+        "hull": lambda points: make(engine.GEOM_MESH, vertices=points.tolist(), **frame),
+        "plane": lambda: make(engine.GEOM_PLANE, **p.client),
+    })  # fmt: skip
 
 
 def _build(p: _PyBullet) -> None:
@@ -124,7 +98,7 @@ def _build(p: _PyBullet) -> None:
             0, _shape(p, g, 0), -1, list(frame.position), xyzw(frame.rotation), **p.client
         )
         _dress(p, base, -1, g, masks)
-    links, loops = trees(scene)
+    links, loops = scene.trees()
     roots = [link for link in links if link.parent == WORLD]
     below: dict[int, list[Link]] = {link.body: [link] for link in roots}
     root_of = {link.body: link.body for link in roots}
@@ -146,7 +120,7 @@ def _build(p: _PyBullet) -> None:
             angularDamping=0, jointDamping=0, **p.client,
         )  # fmt: skip
     for joint in loops:
-        for point_a, point_b in loop_points(scene, joint):
+        for point_a, point_b in scene.loop_points(joint):
             _close(p, scene, joint, point_a, point_b)
 
 
@@ -213,7 +187,7 @@ def _add_tree(p: _PyBullet, scene: Scene, tree: list[Link], geoms: dict[int, lis
 def _start_joint(p: _PyBullet, scene: Scene, link: Link, base: int, k: int) -> None:
     """Its velocity, and without the motor that every joint has at first."""
     engine = p.engine
-    spin = relative_spin(scene, link)
+    spin = scene.relative_spin(link)
     assert link.joint
     if link.joint.kind == "hinge":
         engine.resetJointState(base, k, 0, float(link.axis() @ spin), **p.client)

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .plain import WORLD, Frame, Geom, Motion, Scene, matrix, only_scenes, quaternion, xyzw
-from .variant import Variant
+from .plain import WORLD, Adapter, Frame, Scene, Variant, matrix, quaternion, xyzw
 
 IMPORT, PACKAGES = "rapier3d", ("rapier3d>=0.30", "numpy")
 GUIDE = "https://docs.rs/rapier3d/latest/rapier3d/dynamics/struct.IntegrationParameters.html"
@@ -23,35 +22,29 @@ def _isometry(frame: Frame) -> Any:
     return rapier3d.Isometry3(list(map(float, frame.position)), xyzw(frame.rotation))
 
 
-def _shape(rapier: Any, g: Geom) -> Any:
-    make = rapier.Collider
-    if g.kind == "box":
-        return make.cuboid(*g.size)
-    if g.kind == "sphere":
-        return make.ball(g.size[0])
-    if g.kind == "capsule":
-        return make.capsule_z(g.size[1], g.size[0])
-    if g.kind == "plane":
-        return make.halfspace([0.0, 0.0, 1.0])
-    return make.convex_hull(g.points().astype(np.float32))
-
-
-class _Rapier:
+class _Rapier(Adapter):
     def __init__(self, scene: Scene, dt: float, options: dict[str, Any]) -> None:
         import rapier3d as rapier
 
-        only_scenes(scene)
-        self.rapier, self.scene = rapier, scene
+        super().__init__(scene, dt, options)
+        self.rapier = rapier
+        collider = rapier.Collider
+        self.makers = {
+            "box": collider.cuboid, "sphere": collider.ball,
+            "capsule": lambda radius, half: collider.capsule_z(half, radius),
+            "plane": lambda: collider.halfspace([0.0, 0.0, 1.0]),
+            "hull": lambda points: collider.convex_hull(points.astype(np.float32)),
+        }  # fmt: skip
         self.world = rapier.PhysicsWorld(gravity=list(scene.gravity))
         self.world.set_num_threads(1)
-        p = self.world.integration_parameters
-        p.dt = dt
-        self.can_sleep = options.get("can_sleep", True)
+        self.step = self.world.step
+        self.world.integration_parameters.dt = dt
         for key, value in options.items():
             if key != "can_sleep":
-                setattr(p, key, value)
+                setattr(self.world.integration_parameters, key, value)
         self.handles = [self._add(i) for i in range(len(scene.bodies))]
-        if any(g.body == WORLD for g in scene.geoms) or any(j.b == WORLD for j in scene.joints):
+        self.bodies = {i: (i, handle) for i, handle in enumerate(self.handles)}
+        if any(part.body == WORLD for part in scene.geoms) or any(j.b == WORLD for j in scene.joints):
             self.ground = self.world.add_body(rapier.RigidBody.fixed(), self._colliders(WORLD))
         for j in scene.joints:
             self._join(j)
@@ -65,27 +58,19 @@ class _Rapier:
             axes *= np.sign(np.linalg.det(axes))
             frame = xyzw(quaternion(axes))
             solid = self.rapier.MassProperties(list(b.centre), b.mass, principal.tolist(), frame)
-            builder = (
-                builder.additional_mass_properties(solid).can_sleep(self.can_sleep).gyroscopic_forces(True)
-            )
-            # The velocity is that of the centre of mass.
-            arm = matrix(b.frame.rotation) @ np.array(b.centre)
-            velocity = np.array(b.velocity) + np.cross(b.spin, arm)
-            builder = builder.linvel(velocity.tolist()).angvel(list(map(float, b.spin)))
+            builder = builder.additional_mass_properties(solid).gyroscopic_forces(True)
+            builder = builder.can_sleep(self.options.get("can_sleep", True))
+            builder = builder.linvel(b.velocity_of_centre().tolist()).angvel(list(map(float, b.spin)))
         return self.world.add_body(builder, self._colliders(i))
 
     def _colliders(self, body: int) -> list[Any]:
-        found, masks = [], self.scene.both_masks()
-        for g in self.scene.geoms:
-            if g.body == body and (g.category or g.mask):
-                groups = self.rapier.InteractionGroups(
-                    self.rapier.Group(g.category), self.rapier.Group(masks[g.category, g.mask])
-                )
-                found.append(
-                    _shape(self.rapier, g).position(_isometry(g.frame)).density(0.0).friction(g.friction)
-                    .restitution(g.restitution).collision_groups(groups)
-                )  # fmt: skip
-        return found
+        masks, group = self.scene.both_masks(), self.rapier.Group
+        return [
+            g.made(self.makers).position(_isometry(g.frame)).density(0.0).friction(g.friction)
+            .restitution(g.restitution).collision_groups(
+                self.rapier.InteractionGroups(group(g.category), group(masks[g.category, g.mask])))
+            for g in self.scene.touching(body)
+        ]  # fmt: skip
 
     def _join(self, j: Any) -> None:
         other = self.handles[j.b] if j.b != WORLD else self.ground
@@ -93,33 +78,22 @@ class _Rapier:
             joint = self.rapier.SphericalJointBuilder()
         else:
             joint = self.rapier.RevoluteJointBuilder(list(j.axis_a))
-            turn = self.scene.frame(j.b).inverse() @ self.scene.frame(j.a)
-            axis = matrix(turn.rotation) @ np.array(j.axis_a)
+            axis = matrix(self.scene.between(j.a, j.b).rotation) @ np.array(j.axis_a)
             joint = joint.local_axis1(axis.tolist()).local_axis2(list(j.axis_a))
         joint = joint.local_anchor1(list(j.point_b)).local_anchor2(list(j.point_a)).contacts_enabled(False)
         self.world.impulse_joints.insert(other, self.handles[j.a], joint, True)
 
-    def advance(self, steps: int) -> None:
-        for _ in range(steps):
-            self.world.step()
-
-    def motion(self) -> Motion:
-        found = Motion.start(self.scene)
-        for i, handle in enumerate(self.handles):
-            body = self.world.rigid_bodies[handle]
-            at, spin = np.array(list(body.translation)), np.array(list(body.angvel))
-            found.positions[i] = at
-            found.orientations[i] = (body.rotation.w, body.rotation.i, body.rotation.j, body.rotation.k)
-            arm = matrix(found.orientations[i]) @ np.array(self.scene.bodies[i].centre)
-            found.linear[i] = np.array(list(body.linvel)) - np.cross(spin, arm)
-            found.angular[i] = spin
-        return found
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        i, found = body[0], self.world.rigid_bodies[body[1]]
+        q, spin = [getattr(found.rotation, key) for key in "wijk"], np.array(list(found.angvel))
+        return list(found.translation), q, np.array(list(found.linvel)) - np.cross(spin, self.arm(i, q)), spin
 
     def save(self) -> None:
         self.saved = self.world.snapshot()
 
     def restore(self) -> None:
         self.world = self.rapier.PhysicsWorld.restore(self.saved)
+        self.step = self.world.step
 
 
 start = _Rapier

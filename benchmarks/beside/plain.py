@@ -3,7 +3,7 @@ environments of all engines."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -15,6 +15,16 @@ WORLD = -1
 
 class Unsupported(Exception):
     """What an engine, or our way into it, does not have."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Settings of an engine: options of the adapter, and the page of the manual that advises them."""
+
+    name: str
+    options: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    manual: str = ""
+    tuned: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,6 +91,10 @@ class Body:
     velocity: tuple[float, ...]
     spin: tuple[float, ...]
 
+    def velocity_of_centre(self) -> Array:
+        arm = matrix(self.frame.rotation) @ np.array(self.centre)
+        return np.array(self.velocity) + np.cross(self.spin, arm)
+
 
 @dataclass(frozen=True)
 class Geom:
@@ -96,8 +110,12 @@ class Geom:
     category: int
     mask: int
 
-    def points(self) -> Array:
-        return np.array(self.size).reshape(-1, 3)
+    def made(self, makers: Mapping[str, Callable[..., Any]]) -> Any:
+        """What one of the functions makes of the size: of all points of a hull, (n, 3)."""
+        if self.kind not in makers:
+            raise Unsupported(f"{self.kind} in this adapter")
+        size = (np.array(self.size).reshape(-1, 3),) if self.kind == "hull" else self.size
+        return makers[self.kind](*size)
 
 
 @dataclass(frozen=True)
@@ -128,6 +146,14 @@ class Scene:
     def frame(self, body: int) -> Frame:
         return self.bodies[body].frame if body != WORLD else Frame()
 
+    def touching(self, body: int | None = None) -> list[Geom]:
+        """The geoms that can touch others: all, or those of a body."""
+        return [g for g in self.geoms if (g.category or g.mask) and body in (None, g.body)]
+
+    def between(self, a: int, b: int) -> Frame:
+        """The frame of a body in that of another at the start."""
+        return self.frame(b).inverse() @ self.frame(a)
+
     def placed(self, geom: Geom) -> Frame:
         """In the world at the start."""
         return self.frame(geom.body) @ geom.frame
@@ -139,6 +165,39 @@ class Scene:
         return {
             (category, mask): mask | sum({c for c, m in kinds if m & category}) for category, mask in kinds
         }
+
+    def trees(self) -> tuple[list[Link], list[Joint]]:
+        """All bodies that move, parents before children, and the joints that close loops between them."""
+        placed = {WORLD} | {i for i, b in enumerate(self.bodies) if not b.moves}
+        left = list(self.joints)
+        carried = {joint.a for joint in left}
+        links = [Link(i, WORLD, None) for i in range(len(self.bodies)) if i not in placed | carried]
+        placed |= {link.body for link in links}
+        while left:
+            ready = [j for j in left if j.b in placed and j.a not in placed]
+            if not ready:
+                break
+            joint = ready[0]
+            left.remove(joint)
+            links.append(Link(joint.a, joint.b, joint))
+            placed.add(joint.a)
+        if missing := [j.name for j in left if not {j.a, j.b} <= placed]:
+            raise Unsupported(f"the joints {missing}, which carry no body")
+        return links, left
+
+    def loop_points(self, joint: Joint) -> Iterator[tuple[Array, Array]]:
+        """Points of A and B, in their frames, that coincide: one of a ball joint, two of a hinge."""
+        reach = 0.1 if joint.kind == "hinge" else 0.0
+        for side in (-reach, reach) if reach else (0.0,):
+            point = np.array(joint.point_a) + side * np.array(joint.axis_a)
+            yield point, self.frame(joint.b).inverse()(self.frame(joint.a)(point))
+
+    def relative_spin(self, link: Link) -> Array:
+        """The angular velocity of a body at the start from that of its parent (rad/s, axes of the body)."""
+        spin = np.array(self.bodies[link.body].spin, dtype=float)
+        if link.parent != WORLD:
+            spin = spin - np.array(self.bodies[link.parent].spin)
+        return matrix(self.bodies[link.body].frame.rotation).T @ spin
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self)
@@ -194,48 +253,6 @@ class Link:
         return np.array(self.joint.axis_a)
 
 
-def trees(scene: Scene) -> tuple[list[Link], list[Joint]]:
-    """All bodies that move, parents before children, and the joints that close loops between them."""
-    placed = {WORLD} | {i for i, b in enumerate(scene.bodies) if not b.moves}
-    left = list(scene.joints)
-    carried = {joint.a for joint in left}
-    links = [Link(i, WORLD, None) for i in range(len(scene.bodies)) if i not in placed and i not in carried]
-    placed |= {link.body for link in links}
-    while left:
-        ready = [j for j in left if j.b in placed and j.a not in placed]
-        if not ready:
-            break
-        joint = ready[0]
-        left.remove(joint)
-        links.append(Link(joint.a, joint.b, joint))
-        placed.add(joint.a)
-    if missing := [j.name for j in left if not {j.a, j.b} <= placed]:
-        raise Unsupported(f"the joints {missing}, which carry no body")
-    return links, left
-
-
-def loop_points(scene: Scene, joint: Joint) -> Iterator[tuple[Array, Array]]:
-    """Points of A and B that coincide, one of a ball joint, two of a hinge, in the frames of the bodies."""
-    reach = 0.1 if joint.kind == "hinge" else 0.0
-    for side in (-reach, reach) if reach else (0.0,):
-        point = np.array(joint.point_a) + side * np.array(joint.axis_a)
-        yield point, scene.frame(joint.b).inverse()(scene.frame(joint.a)(point))
-
-
-def relative_spin(scene: Scene, link: Link) -> Array:
-    """The angular velocity of a body at the start from that of its parent (rad/s, axes of the body)."""
-    spin = np.array(scene.bodies[link.body].spin, dtype=float)
-    if link.parent != WORLD:
-        spin = spin - np.array(scene.bodies[link.parent].spin)
-    return matrix(scene.bodies[link.body].frame.rotation).T @ spin
-
-
-def only_scenes(scene: Scene) -> None:
-    """For engines that get no model files."""
-    if scene.path:
-        raise Unsupported("reader for this file (none is tried)")
-
-
 def xyzw(q: Any) -> list[float]:
     w, x, y, z = q
     return [float(v) for v in (x, y, z, w)]
@@ -244,3 +261,48 @@ def xyzw(q: Any) -> list[float]:
 def wxyz(q: Any) -> list[float]:
     x, y, z, w = q
     return [float(v) for v in (w, x, y, z)]
+
+
+class Adapter:
+    """A scene under way in an engine. A subclass begins it, and has `step`, a function of the engine, and
+    `bodies`, by our numbers what the engine calls those that move."""
+
+    READS = False
+    """whether the engine gets model files"""
+    step: Callable[[], Any]
+    bodies: dict[int, Any]
+
+    def __init__(self, scene: Scene, dt: float, options: Mapping[str, Any]) -> None:
+        if scene.path and not self.READS:
+            raise Unsupported("reader for this file (none is tried)")
+        self.scene, self.dt, self.options = scene, dt, options
+
+    def advance(self, steps: int) -> None:
+        step = self.step
+        for _ in range(steps):
+            step()
+
+    def tell(self, body: Any) -> tuple[Any, Any, Any, Any]:
+        """Position, quaternion (w first), velocity of the origin and spin of a body of the engine."""
+        raise NotImplementedError
+
+    def motion(self) -> Motion:
+        found = Motion.start(self.scene) if not self.scene.path else Motion.empty(len(self.scene.names))
+        for i, body in self.bodies.items():
+            found.positions[i], found.orientations[i], found.linear[i], found.angular[i] = self.tell(body)
+        return found
+
+    def arm(self, body: int, q: Any) -> Array:
+        """From the origin of a body to its centre of mass, in world axes (m)."""
+        return matrix(q) @ np.array(self.scene.bodies[body].centre, dtype=float)
+
+    def contacts(self) -> list[list[float]]:
+        raise Unsupported("forces to tell")
+
+    def save(self) -> None:
+        raise Unsupported("state to save and restore")
+
+    restore = save
+
+    def close(self) -> None:
+        """Ends it."""

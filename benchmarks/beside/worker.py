@@ -40,24 +40,10 @@ def answer(adapter: Any, running: dict[int, Any], order: dict[str, Any]) -> dict
         begin = process_time()
         scene.advance(order["steps"])
         return {"time": process_time() - begin}
-    if what == "motion":
-        m = scene.motion()
-        return {key: getattr(m, key).tolist() for key in ("positions", "orientations", "linear", "angular")}
-    if what == "contacts":
-        if not hasattr(scene, what):
-            raise Unsupported("forces to tell")
-        return {what: scene.contacts()}
-    if what in ("save", "restore"):
-        if not hasattr(scene, what):
-            raise Unsupported("state to save and restore")
-        getattr(scene, what)()
-        return {}
+    found = getattr(scene, what)()  # motion, contacts, save, restore, close
     if what == "close":
-        if hasattr(scene, "close"):
-            scene.close()
         del running[where]
-        return {}
-    raise ValueError(what)
+    return {key: v.tolist() for key, v in vars(found).items()} if what == "motion" else {what: found}
 
 
 def main() -> None:

@@ -15,9 +15,8 @@ import numpy as np
 from amontons.shapes import Box, Sphere
 from beside.engine import Engine, python_of
 from beside.measure import Array
-from beside.plain import Unsupported
+from beside.plain import Unsupported, Variant
 from beside.scenes import plain
-from beside.variant import Variant
 
 from .toss_data import EDGE, GIVEN, INERTIA, MASS, RATE, Toss, read_tosses, world_spin
 

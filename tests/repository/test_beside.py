@@ -13,7 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 pytest.importorskip("matplotlib", reason="the benchmarks need more packages than the tests")
 from beside import compete, engine, in_mujoco, law, measure, pieces, plain, rows, scenes, solvers
-from beside.variant import Variant
+from beside.plain import Variant
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -84,10 +84,10 @@ def test_all_engines_start_with_our_state(name):
 
 # Breaks when a chain is not a tree, or the last hinge of a closed linkage is taken for a carrier.
 def test_joints_become_trees_and_loops():
-    links, loops = plain.trees(scene("chain", links=4))
+    links, loops = scene("chain", links=4).trees()
     assert [link.parent for link in links] == [-1, 0, 1, 2, 3]
     assert not loops
-    links, loops = plain.trees(scene("four_bar", driven=False))
+    links, loops = scene("four_bar", driven=False).trees()
     assert len(links) == 3
     assert [joint.name for joint in loops] == ["rocker pivot"]
 
