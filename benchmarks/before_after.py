@@ -19,10 +19,9 @@ import argparse
 import csv
 import math
 import sys
-from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import geometric_mean
 
 
 @dataclass(frozen=True)
@@ -48,66 +47,39 @@ TABLES = (
 Sums = dict[str, tuple[float, float]]
 
 
-@dataclass(frozen=True)
-class Line:
-    """An entry, or the total of a part, before and after."""
-
-    part: str
-    name: str
-    before: float
-    after: float
-    """NaN if there is none any more"""
-    unit: str
-    work: float | None = None
-    """ratio of the iterations"""
-
-    @property
-    def ratio(self) -> float:
-        return self.after / self.before if self.before > 0 else math.nan
-
-
 def entries(folder: Path, table: Table) -> Sums:
     """Time and work of every entry, each the sum over the rows of its name that have a time."""
-    sums: Sums = defaultdict(lambda: (0.0, 0.0))
+    sums: Sums = {}
     with (folder / table.file).open() as lines:
         for row in csv.DictReader(lines):
-            if not row[table.time]:
-                continue
-            name = " ".join(row[column] for column in table.names)
-            time, work = sums[name]
-            sums[name] = time + float(row[table.time]), work + float(row[table.work] if table.work else 0)
-    return dict(sums)
+            if row[table.time]:
+                name = " ".join(row[column] for column in table.names)
+                time, work = sums.get(name, (0.0, 0.0))
+                more = float(row[table.work]) if table.work else 0.0
+                sums[name] = time + float(row[table.time]), work + more
+    return sums
 
 
-def compare(before: Path, after: Path, table: Table) -> Iterator[Line]:
-    """Every entry that has a time before."""
-    old, new = entries(before, table), entries(after, table)
+def show(table: Table, name: str, before: float, after: float, limit: float, work: float = math.nan) -> float:
+    """Prints an entry, or a total, with the ratio of the iterations, and returns that of the times."""
+    ratio = after / max(before, 1e-300)
+    what = "gone" if math.isnan(after) else f"{after:.4g} {table.unit}"
+    times = "" if math.isnan(ratio) else f"{ratio:.2f}{' slower' * (ratio > limit)}"
+    done = "" if math.isnan(work) else f"{work:.2f}"
+    part = table.file.removesuffix(".csv")
+    print(f"| {part} | {name} | {before:.4g} {table.unit} | {what} | {times} | {done} |")
+    return ratio
+
+
+def compare(old: Sums, new: Sums, table: Table, limit: float) -> tuple[list[float], float]:
+    """Prints every entry that has a time before, and their total. Returns the ratios, NaN where an entry is
+    gone, and that of the sums over those that have a time in both."""
+    ratios = []
     for name, (time, work) in sorted(old.items()):
-        time_after, work_after = new.get(name, (math.nan, math.nan))
-        ratio = work_after / work if work > 0 else None
-        yield Line(table.file.removesuffix(".csv"), name, time, time_after, table.unit, ratio)
-
-
-def total(lines: list[Line]) -> Line:
-    """The sum over the entries of a part that have a time before and after."""
-    both = [line for line in lines if not math.isnan(line.after)]
-    sums = sum(line.before for line in both), sum(line.after for line in both)
-    return Line(lines[0].part, "total", *sums, lines[0].unit)
-
-
-def show(line: Line, limit: float) -> str:
-    what = "gone" if math.isnan(line.after) else f"{line.after:.4g} {line.unit}"
-    ratio = "" if math.isnan(line.ratio) else f"{line.ratio:.2f}{' slower' if line.ratio > limit else ''}"
-    work = "" if line.work is None or math.isnan(line.work) else f"{line.work:.2f}"
-    return f"| {line.part} | {line.name} | {line.before:.4g} {line.unit} | {what} | {ratio} | {work} |"
-
-
-def parts(before: Path, after: Path) -> Iterator[list[Line]]:
-    """The entries of every table; FileNotFoundError where only one folder has it."""
-    for table in TABLES:
-        known = (before / table.file).exists() or (after / table.file).exists()
-        if known and (lines := list(compare(before, after, table))):
-            yield lines
+        after, work_after = new.get(name, (math.nan, math.nan))
+        ratios.append(show(table, name, time, after, limit, work_after / work if work > 0 else math.nan))
+    sums = (sum(some[name][0] for name in old if name in new) for some in (old, new))
+    return ratios, show(table, "total", *sums, limit)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -117,18 +89,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--limit", type=float, default=1.1, help="largest ratio of an entry")
     parser.add_argument("--total", type=float, default=1.0, help="largest ratio over all parts")
     options = parser.parse_args(arguments)
-    slower = gone = 0
-    totals: list[Line] = []
+    every: list[float] = []
+    ratios: list[float] = []
     print("| benchmark | entry | before | after | ratio | iterations |\n|---|---|--:|--:|--:|--:|")
-    for lines in parts(options.before, options.after):
-        slower += sum(line.ratio > options.limit for line in lines)
-        gone += sum(math.isnan(line.after) for line in lines)
-        totals.append(total(lines))
-        print("\n".join(show(line, options.limit) for line in (*lines, totals[-1])))
-    ratios = [line.ratio for line in totals if not math.isnan(line.ratio)]
+    for table in TABLES:
+        folders = (options.before, options.after)
+        if any((folder / table.file).exists() for folder in folders):
+            found, ratio = compare(*(entries(folder, table) for folder in folders), table, options.limit)
+            every += found
+            ratios += [ratio] * (not math.isnan(ratio))
     if not ratios:
         parser.error("no table has an entry in both folders")
-    over_all = math.exp(sum(map(math.log, ratios)) / len(ratios))
+    slower, gone = sum(ratio > options.limit for ratio in every), sum(map(math.isnan, every))
+    over_all = geometric_mean(ratios)
     verdict = " slower" if over_all > options.total else ""
     print(f"| all | total | | | {over_all:.3f}{verdict} | |")
     print(f"\n{slower} entries slower than {options.limit:g} times before, {gone} gone")

@@ -1,19 +1,15 @@
 """A corpus of time steps to choose methods by: scenes, piles, robots; at rest, sliding, after impacts.
 
-    python benchmarks/corpus.py [--quick] [--robots FOLDER] [--out FOLDER] [--only PART ...]
-
-Writes a file per sequence to out/corpus: problems as they come from the simulation, each with the impulses
-of the step before it as a warm start. Half of the sequences, by a hash of their names, are kept out of all
-tuning (`held_out`). The simulations are solved by fixed methods with fixed limits, so that the corpus depends
-on no choice of `auto` and on no clock. `performance_profile.py` runs the methods on it.
+A file per sequence in out/corpus: problems as they come from the simulation, each with the impulses of the
+step before it as a warm start. Half of the sequences, by a hash of their names, are kept out of all tuning
+(`held_out`). The simulations are solved by fixed methods with fixed limits, so that the corpus depends on no
+choice of `auto` and on no clock. `performance_profile.py` makes it and runs the methods on it.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import pickle
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -281,41 +277,14 @@ def load(folder: Path) -> Iterator[Step]:
             yield from pickle.load(file)
 
 
-def write(folder: Path, chosen: Iterable[Sequence]) -> int:
+def write(folder: Path, chosen: Iterable[Sequence]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    count = 0
     for sequence in tracked(list(chosen), "corpus"):
         try:
             steps = list(steps_of(sequence))
         except (amontons.InputError, amontons.SimulationError, OSError) as error:
             print(f"corpus: {sequence.name} left out: {' '.join(str(error).split())[:120]}")
             continue
-        count += len(steps)
         name = hashlib.sha256(sequence.name.encode()).hexdigest()[:12]
         with (folder / f"{name}.pickle").open("wb") as file:
             pickle.dump(steps, file)
-    return count
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="every fifth sequence")
-    parser.add_argument("--robots", type=Path, help="folder of model files of others")
-    parser.add_argument("--out", type=Path, default=FOLDER)
-    parser.add_argument("--only", nargs="*", default=[], help="sequences whose names contain one of these")
-    options = parser.parse_args()
-    warnings.simplefilter("ignore")
-    chosen = [
-        s for s in sequences(options.robots) if not options.only or any(o in s.name for o in options.only)
-    ]
-    if options.quick:
-        chosen = chosen[::QUICK]
-    count = write(options.out, chosen)
-    print(f"corpus: {count} steps of {len(chosen)} sequences in {options.out}")
-
-
-if __name__ == "__main__":
-    # Steps are stored as those of the module, whoever reads them.
-    from corpus import main as run
-
-    run()

@@ -126,11 +126,15 @@ def summary(table: list[Row], half: str) -> str:
 
 
 def corpus_of(options: argparse.Namespace) -> Path:
-    """The folder of the corpus; made where it is not there."""
+    """The folder of the corpus; made where it is not there, one of --corpus of the sequences of --only."""
     folder: Path = options.corpus or (SAMPLE / "corpus" if options.quick else FOLDER)
     if not any(folder.glob("*.pickle")):
         chosen = sequences(options.data / "robots")
-        write(folder, chosen[::QUICK] if options.quick else chosen)
+        if options.corpus and options.only:
+            chosen = [s for s in chosen if any(part in s.name for part in options.only)]
+        elif options.quick:
+            chosen = chosen[::QUICK]
+        write(folder, chosen)
     return folder
 
 
