@@ -51,7 +51,6 @@ def processor() -> str:
 
 
 def arguments(description: str | None) -> argparse.ArgumentParser:
-    """The options that all benchmarks have."""
     parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a sample, to see that everything runs")
     parser.add_argument("--data", type=Path, default=DATA, help="folder with fclib/ and chrono/")

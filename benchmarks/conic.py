@@ -35,8 +35,6 @@ class Program:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of Clarabel gave, and how long it took."""
-
     x: Array
     time: float
     """s, by Clarabel's own clock: setup (scaling, ordering, symbolic factorisation) and iterations"""

@@ -60,7 +60,6 @@ class Step:
 
 
 def held_out(sequence: str) -> bool:
-    """Whether a sequence is kept out of tuning."""
     return hashlib.sha256(sequence.encode()).digest()[0] % 2 == 1
 
 
@@ -234,7 +233,6 @@ def steps_of(sequence: Sequence) -> Iterator[Step]:
 
 
 def contact_rows(problem: amontons.vi.Problem) -> np.ndarray[Any, Any]:
-    """The number of rows of each contact."""
     rows = getattr(problem.A, "rows", None)
     return np.zeros(0, int) if rows is None or np.ndim(rows) == 0 else np.asarray(rows)
 

@@ -165,7 +165,6 @@ def convergence(path: Path) -> None:
 
 
 def arch(path: Path) -> None:
-    """The picture of examples/arch_friction.py."""
     made_by([ROOT / "examples" / "arch_friction.py"], "arch.png", path)
 
 

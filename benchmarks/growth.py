@@ -77,8 +77,6 @@ def engines() -> Iterator[Engine]:
 
 @dataclass
 class Entry(Timed):
-    """An engine with a scene of one size under way."""
-
     engine: Engine
     spent: float = 0.0
 

@@ -43,8 +43,6 @@ TARGET = 1.5
 
 @dataclass(frozen=True)
 class Task:
-    """A solve: a step, a tolerance, a law, a start."""
-
     step: Step
     law: str
     tolerance: float
@@ -110,7 +108,6 @@ def measure(task: Task, methods: Sequence[str], limit: float) -> Row:
 
 
 def summary(table: list[Row], half: str) -> str:
-    """How near `auto` comes to the best method."""
     part = [row for row in table if row["half"] == half]
     methods, feasible = targets.feasible(table, half)
     if not feasible:

@@ -40,8 +40,6 @@ G = 9.81
 
 @dataclass
 class Figure:
-    """One claim."""
-
     claim: str
     figure: str
     value: float

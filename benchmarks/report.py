@@ -180,7 +180,6 @@ def least(rows: Rows) -> tuple[str, str]:
 
 
 def versions(beside: Rows) -> str:
-    """Which versions were measured, and when."""
     found = dict.fromkeys(f"{label(row['family'])} {row['version']}" for row in beside)
     dates = sorted({row["date"] for row in beside})
     return f"Measured with {', '.join(found)}; {' to '.join(dict.fromkeys((dates[0], dates[-1])))}."
@@ -247,7 +246,6 @@ def growth_words(rows: Rows) -> str:
 
 
 def curves(r: Results, link: str) -> str:
-    """What docs/engine-curves.md shows."""
     beside = r["beside"]
     settings = list({row["engine"]: row for row in beside}.values())
     errors = pivot(beside, "case", "family", least, "scene: error, time per simulated second",
@@ -436,7 +434,6 @@ def chosen(rows: Rows, keys: str, which: str, spec: str | None) -> str:
 
 
 def renew(document: str, mark: str, body: str) -> None:
-    """Replaces what stands between the markers of a document."""
     path = ROOT / document
     begin, end = (f"<!-- {mark}: {edge} -->" for edge in ("begin", "end"))
     before, rest = path.read_text().split(begin, 1)

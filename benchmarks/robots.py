@@ -91,7 +91,6 @@ def models(folder: Path) -> list[Path]:
 
 
 def write_scenes(folder: Path) -> None:
-    """Models of scenes with joints, as files."""
     for name in amontons.scenes.names():
         model = amontons.scenes.make(name)
         if model.joints:
@@ -187,7 +186,6 @@ def sums(rows: list[Row]) -> Iterator[str]:
 
 
 def fall(options: Any) -> None:
-    """A row per robot, control and form of joints."""
     file = options.out / ("robots_large.csv" if options.trees == "both" else "robots_fall.csv")
     with tempfile.TemporaryDirectory() as folder:
         runs = list(falls.runs(options.folder, Path(folder), options))
@@ -195,7 +193,6 @@ def fall(options: Any) -> None:
 
 
 def run_all(options: Any, file: Path, show: str = "") -> list[Row]:
-    """A row per model."""
     paths = [p for p in models(options.folder) if not options.only or any(s in str(p) for s in options.only)]
     return fill(file, paths, lambda path: [run(path, options)], show, options.jobs)
 

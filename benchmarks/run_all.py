@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import os
 import platform
-import re
 import subprocess
 import sys
 from argparse import Namespace
@@ -29,6 +28,7 @@ from pathlib import Path
 from time import perf_counter
 
 import figures
+from amontons import _core
 from common import DATA, ROOT, TABLES, arguments, processor, read_csv, with_folders, write_csv
 from report import AGAINST, renew_documents
 from targets import targets
@@ -91,15 +91,6 @@ PARTS = (
 )  # fmt: skip
 
 
-def compiler(build: Path) -> str:
-    """Name and version of the compiler that made the build folder."""
-    found = sorted(build.glob("CMakeFiles/*/CMakeCXXCompiler.cmake"))
-    text = found[-1].read_text() if found else ""
-    identity = re.search(r'CMAKE_CXX_COMPILER_ID "(\w+)"', text)
-    number = re.search(r'CMAKE_CXX_COMPILER_VERSION "([\d.]+)"', text)
-    return f"{identity[1]} {number[1]}" if identity and number else "unknown"
-
-
 def cpu_facts() -> Iterator[tuple[str, str]]:
     """Cores and caches, as far as the system tells them."""
     run = subprocess.run(["lscpu"], capture_output=True, text=True) if sys.platform == "linux" else None
@@ -117,9 +108,9 @@ def package_version(name: str) -> str:
         return "not installed"
 
 
-def environment(build: Path) -> list[dict[str, str]]:
+def environment() -> list[dict[str, str]]:
     facts = {"processor": processor(), **dict(cpu_facts())}
-    facts |= {"system": f"{platform.system()} {platform.machine()}", "compiler": compiler(build)}
+    facts |= {"system": f"{platform.system()} {platform.machine()}", "compiler": _core.compiler()}
     facts |= {"Python": platform.python_version(), **{name: package_version(name) for name in PACKAGES}}
     facts |= {"command": "python benchmarks/run_all.py", "date": date.today().isoformat()}
     return [{"key": key, "value": value} for key, value in facts.items()]
@@ -201,7 +192,7 @@ def main() -> int:
     options.data, options.out = options.data.resolve(), options.out.resolve()
     options.figures, options.build = options.figures.resolve(), options.build.resolve()
     start = perf_counter()
-    write_csv(options.out / "environment.csv", environment(options.build))
+    write_csv(options.out / "environment.csv", environment())
     failed = run_parts(chosen(options), options)
     try:
         figures.draw(options.out, options.figures)

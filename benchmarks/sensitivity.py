@@ -72,8 +72,6 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Value:
-    """Of a number, that is tried."""
-
     number: str
     kind: str
     value: float
@@ -212,7 +210,6 @@ def row_of(value: Value, found: Results | None, base: Results, groups: dict[str,
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """Of a number, over its values."""
     told = [
         f"{row['value']} is {word}: {row[word]}"
         for word in ("worse", "better")
@@ -225,7 +222,6 @@ def verdict(rows: Sequence[Row]) -> str:
 
 
 def write_tables(rows: Sequence[Row], base: Results, groups: dict[str, list[str]], out: Path) -> None:
-    """sensitivity.csv and sensitivity.md."""
     write_csv(out / "sensitivity.csv", rows)
     counts = ", ".join(f"{len(names)} {group}" for group, names in groups.items())
     starts = len(next(iter(base.values())))

@@ -312,7 +312,6 @@ def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
 
 
 def chosen(options: argparse.Namespace) -> dict[str, Callable[[], amontons.Model]]:
-    """What makes each model, by name."""
     robots = options.data / "robots"
     found = {str(path): partial(loaded, path) for path in options.files} if options.files else dict(SCENES)
     if not options.files and robots.is_dir():

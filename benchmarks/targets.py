@@ -131,7 +131,6 @@ def profile_targets(r: Results) -> Iterable[Line]:
 
 
 def targets(r: Results) -> str:
-    """How many targets are met, and a table of the others."""
     parts = (file_targets, step_targets, scene_targets, robot_targets, profile_targets, kernel_targets)
     lines = [line for part in parts for line in part(r)]
     missed = [line[:3] for line in lines if not line[3]]

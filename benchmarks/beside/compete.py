@@ -22,8 +22,6 @@ Row = dict[str, Any]
 
 @dataclass
 class Entry(Timed):
-    """An engine with a scene under way."""
-
     engine: Engine
     measure: Measure
     forces: bool = True

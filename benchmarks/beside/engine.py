@@ -73,8 +73,6 @@ class Worker:
 
 
 class Running:
-    """A scene under way in a worker."""
-
     def __init__(self, worker: Worker, scene: Scene, dt: float, options: Mapping[str, Any]) -> None:
         self.worker, self.where = worker, next(worker.numbers)
         # A first start compiles kernels in some engines.
@@ -168,7 +166,6 @@ class Engine:
 
 
 def stop() -> None:
-    """Ends all processes of engines."""
     for worker in _workers.values():
         worker.end()
     _workers.clear()

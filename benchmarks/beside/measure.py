@@ -27,8 +27,6 @@ def start_of(model: amontons.Model) -> Motion:
 
 
 class Measure:
-    """Watches a run at equal times."""
-
     def __init__(self, case: Case, model: amontons.Model, scene: Scene, samples: int) -> None:
         self.case, self.model, self.scene, self.samples = case, model, scene, samples
         self.start = start_of(model)

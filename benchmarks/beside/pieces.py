@@ -6,16 +6,15 @@ A whole run tells little of this where the motion is chaotic: there all errors g
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import amontons
 import numpy as np
 
 from .engine import Engine
-from .plain import Frame, Motion, Scene, Unsupported, matrix
+from .measure import rotations
+from .plain import Frame, Motion, Scene, Unsupported
 from .scenes import Case
 
 COUNT, STEPS = 4, 10
@@ -76,10 +75,5 @@ def deviation(engine: Engine, scene: Scene, case: Case, steps_per_dt: int) -> fl
 
 def apart(one: Motion, other: Motion) -> float:
     """The largest distance between points of bodies in two motions (m)."""
-    tips = [tips_of(m) for m in (one, other)]
-    return float(np.linalg.norm(tips[0] - tips[1], axis=-1).max())
-
-
-def tips_of(motion: Motion) -> np.ndarray[Any, Any]:
-    turns: Sequence[Any] = [matrix(q) for q in motion.orientations]
-    return motion.positions[:, None] + ARM * np.array(turns).transpose(0, 2, 1)
+    a, b = (m.positions[:, None] + ARM * rotations(m.orientations).transpose(0, 2, 1) for m in (one, other))
+    return float(np.linalg.norm(a - b, axis=-1).max())

@@ -3,6 +3,9 @@ environments of all engines."""
 
 from __future__ import annotations
 
+import json
+import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -261,6 +264,20 @@ def xyzw(q: Any) -> list[float]:
 def wxyz(q: Any) -> list[float]:
     x, y, z, w = q
     return [float(v) for v in (w, x, y, z)]
+
+
+def serve(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+    """Answers each line of the input, a JSON object. What an engine prints goes to the error output."""
+    out = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    for line in sys.stdin:
+        try:
+            found = answer(json.loads(line))
+        except Unsupported as missing:
+            found = {"unsupported": str(missing)}
+        except Exception as error:
+            found = {"unsupported": f"way on: {type(error).__name__}: {' '.join(str(error).split())[:160]}"}
+        print(json.dumps(found), file=out, flush=True)
 
 
 class Adapter:

@@ -115,6 +115,10 @@ def joint(j: amontons.Joint) -> Joint:
     raise Unsupported(f'a joint like "{j.name}"')
 
 
+def about_y(angle: float) -> tuple[float, ...]:
+    return math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0
+
+
 def bridge(*, planks: int = 30, ratio: float = 1000.0, sag: float = 0.5) -> amontons.Model:
     """A bridge of `planks` hinged planks of 2 kg between two anchors 6 m apart, hanging on a circle that is
     `sag` m deep, and a ball `ratio` times as heavy as a plank that lies in its middle."""
@@ -134,7 +138,7 @@ def bridge(*, planks: int = 30, ratio: float = 1000.0, sag: float = 0.5) -> amon
         plank = b.add_body(
             f"plank {i}",
             position=tuple((pins[i] + pins[i + 1]) / 2),
-            orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
+            orientation=about_y(tilt),
             shape=Box(size),
             density=2.0 / (8 * size[0] * size[1] * size[2]),
             material=material,
@@ -171,7 +175,7 @@ def frame_of_hinges(*, ratio: float = 1.0) -> amontons.Model:
         return b.add_body(
             name, position=tuple((start + end) / 2), mass=mass,
             inertia=tuple(mass * x for x in (0.0008 / 3, (half**2 + 0.0004) / 3, (half**2 + 0.0004) / 3)),
-            orientation=(math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0),
+            orientation=about_y(angle),
         )  # fmt: skip
 
     feet = [(x, 0.0, 0.0) for x in (0.0, length, 2 * length)]
@@ -203,7 +207,7 @@ def rod(*, mu: float = 1.5, lean: float = 30.0, speed: float = 2.0) -> amontons.
     a = math.radians(lean)
     body = b.add_body(
         "rod", position=(0.0, 0.0, half * math.cos(a) + radius), mass=1.0,
-        inertia=(half**2 / 3, half**2 / 3, 1e-3), orientation=(math.cos(a / 2), 0.0, math.sin(a / 2), 0.0),
+        inertia=(half**2 / 3, half**2 / 3, 1e-3), orientation=about_y(a),
         linear_velocity=(speed, 0.0, 0.0),
     )  # fmt: skip
     b.add_geom(body, Sphere(radius), position=(0, 0, -half), material=material)
@@ -355,7 +359,6 @@ def keys() -> list[str]:
 
 
 def with_data() -> Iterator[Case]:
-    """Scenes whose files are here; says which are not."""
     for key, path, name, keyframe in ROBOTS:
         if not path.exists():
             print(f"beside: {name} is left out: there is no {path.name} of it in the data folder")

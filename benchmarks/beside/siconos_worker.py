@@ -9,9 +9,6 @@ process.
 
 from __future__ import annotations
 
-import json
-import os
-import sys
 from importlib.metadata import version
 from time import process_time
 from typing import Any
@@ -19,6 +16,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 import siconos.numerics as numerics
+
+from .plain import serve
 
 ITERATIONS = {"NSGS": 100000, "ADMM": 100000, "NSN_AC": 1000}
 
@@ -60,21 +59,17 @@ def solve(problem: Problem, order: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    # Siconos prints as it likes: that goes to the error output, answers go to the real one.
-    out = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    for line in sys.stdin:
-        order = json.loads(line)
-        found: dict[str, Any] = {}
+    last: list[Problem] = []
+
+    def answer(order: dict[str, Any]) -> dict[str, Any]:
         if "version" in order:
-            found = {"version": version("siconos")}
-        elif "problem" in order:
-            problem = Problem(order["problem"])
-        elif "judge" in order:
-            found = judge(problem, order)
-        else:
-            found = solve(problem, order)
-        print(json.dumps(found), file=out, flush=True)
+            return {"version": version("siconos")}
+        if "problem" in order:
+            last[:] = [Problem(order["problem"])]
+            return {}
+        return (judge if "judge" in order else solve)(*last, order)
+
+    serve(answer)
 
 
 if __name__ == "__main__":

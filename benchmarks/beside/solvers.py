@@ -67,11 +67,11 @@ class Siconos:
             self.folder / "problem.npz",
             row=matrix.row, col=matrix.col, value=matrix.data, q=problem.b, mu=problem.mu,
         )  # fmt: skip
+        self.load()
+
+    def load(self) -> None:
         if not self.worker.lives():
             self.worker = Worker(self.python, "beside.siconos_worker")
-        self._load()
-
-    def _load(self) -> None:
         self.worker.ask(problem=str(self.folder / "problem.npz"))
 
     def error(self, impulses: np.ndarray[Any, Any], tolerance: float) -> float:
@@ -83,14 +83,12 @@ class Siconos:
     def solve(self, solver: str, tolerance: float) -> tuple[dict[str, Any], np.ndarray[Any, Any]]:
         out = self.folder / "impulses.npy"
         if not self.worker.lives():
-            self.worker = Worker(self.python, "beside.siconos_worker")
-            self._load()
+            self.load()
         found = self.worker.ask(patience=DEADLINE, solver=solver, tolerance=tolerance, out=str(out))
         return found, np.load(out)
 
 
 def files(folder: Path, quick: bool) -> Iterator[tuple[str, amontons.vi.Problem]]:
-    """The FCLIB files that these solvers take."""
     for path in sorted((folder / "fclib").glob("*.hdf5"))[:: QUICK_STRIDE if quick else 1]:
         problem = read(path)
         if problem.rows == 3 * problem.contacts:
@@ -111,8 +109,6 @@ def steps(quick: bool) -> Iterator[tuple[str, amontons.vi.Problem]]:
 
 
 def rows_of(name: str, problem: amontons.vi.Problem, siconos: Siconos) -> Iterator[Row]:
-    """A row per solver and tolerance."""
-
     def row(solver: str, tolerance: float, **more: Any) -> Row:
         empty = {"time": "", "solved": False, "error": "", "residual": ""}
         return {"file": name, "contacts": problem.contacts, "solver": solver,

@@ -9,15 +9,13 @@ several scenes. Times are processor time of this process (s).
 from __future__ import annotations
 
 import importlib
-import json
-import os
 import re
 import sys
 from importlib import metadata
 from time import process_time
 from typing import Any
 
-from .plain import Scene, Unsupported
+from .plain import Scene, serve
 
 
 def version(adapter: Any) -> str:
@@ -47,20 +45,8 @@ def answer(adapter: Any, running: dict[int, Any], order: dict[str, Any]) -> dict
 
 
 def main() -> None:
-    # Engines print as they like: that goes to the error output, answers go to the real one.
-    out = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    adapter = importlib.import_module(f"beside.{sys.argv[1]}")
-    running: dict[int, Any] = {}
-    for line in sys.stdin:
-        try:
-            found = json.dumps(answer(adapter, running, json.loads(line)))
-        except Unsupported as missing:
-            found = json.dumps({"unsupported": str(missing)})
-        except Exception as error:
-            why = f"way on: {type(error).__name__}: {' '.join(str(error).split())[:160]}"
-            found = json.dumps({"unsupported": why})
-        print(found, file=out, flush=True)
+    adapter, running = importlib.import_module(f"beside.{sys.argv[1]}"), {}
+    serve(lambda order: answer(adapter, running, order))
 
 
 if __name__ == "__main__":

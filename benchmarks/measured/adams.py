@@ -22,7 +22,6 @@ POSITION, REACTION = 1e-3, 1e-3
 
 
 def quaternion(rotation: Rotation) -> tuple[float, ...]:
-    """(w, x, y, z)."""
     return tuple(rotation.as_quat(scalar_first=True).tolist())
 
 
@@ -51,27 +50,22 @@ def _connect(builder: amontons.ModelBuilder, name: str, joint: Connection, part:
     a, b, point = joint.part, joint.other or None, joint.point
     x, y, z = (joint.rotation.apply(axis) for axis in np.eye(3))
     spring = {key: joint.numbers[key] for key in ("stiffness", "damping") if key in joint.numbers}
-    match joint.kind:
-        case "revolute":
-            builder.add_revolute_joint(a, b, point=point, axis=z, name=name, **spring)
-        case "cylindrical":
-            builder.add_cylindrical_joint(a, b, point=point, axis=z, name=name)
-        case "prismatic":
-            motor = None
-            if "speed" in joint.numbers:
-                motor = amontons.Motor("velocity", control=joint.numbers["speed"])
-            builder.add_prismatic_joint(a, b, point=point, axis=z, name=name, motor=motor)
-        case "ball":
-            builder.add_ball_joint(a, b, point=point, name=name)
-        case "universal":
-            builder.add_universal_joint(a, b, point=point, axis_1=x, axis_2=y, name=name)
-        case "distance":
-            length = joint.numbers["length"]
-            builder.add_distance_joint(a, b, point_a=point, point_b=joint.far, length=length, name=name)
-        case "rod":
-            _add_rod(builder, name, joint, part)
-        case "spring":
-            _add_spring(builder, name, joint, part)
+    speed = joint.numbers.get("speed")
+    motor = amontons.Motor() if speed is None else amontons.Motor("velocity", control=speed)
+    given: dict[str, dict[str, Any]] = {
+        "revolute": {"axis": z, **spring}, "cylindrical": {"axis": z}, "ball": {},
+        "prismatic": {"axis": z, "motor": motor}, "universal": {"axis_1": x, "axis_2": y},
+    }  # fmt: skip
+    if joint.kind == "rod":
+        _add_rod(builder, name, joint, part)
+    elif joint.kind == "spring":
+        _add_spring(builder, name, joint, part)
+    elif joint.kind == "distance":
+        length = joint.numbers["length"]
+        builder.add_distance_joint(a, b, point_a=point, point_b=joint.far, length=length, name=name)
+    else:
+        add = getattr(builder, f"add_{joint.kind}_joint")
+        add(a, b, point=point, name=name, **given[joint.kind])
 
 
 def _add_rod(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:
@@ -80,17 +74,9 @@ def _add_rod(builder: amontons.ModelBuilder, name: str, joint: Connection, part:
     anchor = frame_b.inverse()(tuple(joint.far))
     frame_a = Transform(tuple(part.position), quaternion(part.rotation)).inverse() @ frame_b
     hinge = amontons.Dof("hinge", (0.0, 0.0, 1.0), anchor)
-    builder.add_joint(
-        amontons.Joint(
-            name,
-            body_a=joint.part,
-            body_b=None,
-            frame_a=frame_a,
-            frame_b=frame_b,
-            dofs=(hinge,),
-            spherical=True,
-        )
-    )
+    builder.add_joint(amontons.Joint(
+        name, body_a=joint.part, body_b=None, frame_a=frame_a, frame_b=frame_b, dofs=(hinge,), spherical=True
+    ))  # fmt: skip
 
 
 def _add_spring(builder: amontons.ModelBuilder, name: str, joint: Connection, part: Part) -> None:

@@ -67,7 +67,6 @@ def read_tensor(path: Path) -> Array:
 
 
 def read_tosses(folder: Path) -> list[Toss]:
-    """All tosses of a folder, by number."""
     paths = sorted(folder.glob("*.pt"), key=lambda p: (len(p.stem), p.stem))
     return [Toss(path.stem, read_tensor(path)) for path in paths]
 

@@ -27,10 +27,7 @@ RADIUS = 1e-3
 """m: of spheres at the corners."""
 FITTED = 60
 """Tosses that coefficients are fitted on; the others test them."""
-VARIED = {
-    "friction": (0.12, 0.27),
-    "restitution": (0.0, 0.25),
-}
+VARIED = {"friction": (0.12, 0.27), "restitution": (0.0, 0.25)}
 """Other coefficients: two thirds and three halves of the friction, none and twice the restitution."""
 FRICTIONS = tuple(np.round(np.arange(0.1, 0.261, 0.02), 3).tolist())
 RESTITUTIONS = (0.0, 0.125, 0.25, 0.375)
@@ -130,7 +127,6 @@ def split(count: int) -> tuple[Array, Array]:
 
 
 def entry(entrant: Entrant, scale: str, coefficients: str, errors: Array) -> dict[str, Any]:
-    """A row of the table."""
     position, angle = errors.mean(axis=0).tolist()
     return {
         "engine": entrant.engine.name, "scale": scale, "coefficients": coefficients,

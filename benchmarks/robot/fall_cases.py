@@ -162,7 +162,6 @@ def wheels_and_pile() -> str:
 
 
 def pad_and_pile() -> str:
-    """A pad that holds the upper boxes of a pyramid."""
     return pad_over(pyramid(4, 0.025, (0.0, 0.0), 0.05), ".21", "-.05 .1")
 
 
@@ -183,7 +182,6 @@ def puzzle_cube() -> str:
 
 
 def gripper() -> str:
-    """Two fingers over parts on a table."""
     rough = 'friction="1.5"'
     fingers = "".join(
         f'<body pos="{0.04 * s} 0 -.06"><joint name="finger{s}" type="slide" axis="{s} 0 0" '
@@ -212,7 +210,6 @@ def gripper() -> str:
 
 
 def pad() -> str:
-    """A pad that holds a box."""
     return pad_over(free((0.005, 0.003, 0.0501), box((0.05, 0.05, 0.05), 0.3)), ".3", "-.25 0")
 
 
@@ -231,7 +228,6 @@ def pad_over(what: str, height: str, lift: str) -> str:
 
 
 def cards(levels: int = 4) -> str:
-    """A house of cards that falls."""
     text, z = "", 0.0
     length, thick, lean = 0.09, 0.0015, math.radians(15)
     width = 2 * length * math.sin(lean) + 0.012

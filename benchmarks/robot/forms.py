@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 from common import random_controls
 
-from robot.loading import both_models
+from robot.loading import beside, our_model
 from robot.motion import mujoco_actuator
 from robot.trials import joint_error
 
@@ -62,8 +62,6 @@ class Ours:
 
 
 class Theirs:
-    """The same in MuJoCo, with the integrator of the file."""
-
     def __init__(self, m: Any, dt: float, controls: dict[str, float]) -> None:
         m.opt.timestep = dt
         self.model, self.data, self.times = m, mujoco.MjData(m), []
@@ -83,8 +81,9 @@ def counted(times: list[float]) -> list[float]:
 def compare(options: argparse.Namespace) -> dict[str, Any]:
     """Medians of processor time per step (s), and what each form reached."""
     start, dt = perf_counter(), options.dt or 2e-3
-    model, theirs, facts = both_models(options.file, options.urdf)
-    row = {key: facts[key] for key in ("load", "what", "mujoco_refuses")}
+    model, facts = our_model(options.file)
+    model, theirs, more = beside(model, options.file, options.urdf)
+    row = {key: facts[key] for key in ("load", "what")} | {"mujoco_refuses": more["mujoco_refuses"]}
     if model is None:
         return row
     controls = random_controls(model, np.random.default_rng(1))

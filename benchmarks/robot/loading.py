@@ -12,13 +12,6 @@ import amontons
 import mujoco
 
 
-def both_models(path: Path, urdf: bool) -> tuple[amontons.Model | None, Any, dict[str, Any]]:
-    """Ours with trees and MuJoCo's, each None where it is refused, and what is known of both."""
-    model, facts = our_model(path)
-    model, theirs, more = beside(model, path, urdf)
-    return model, theirs, facts | more
-
-
 def beside(
     model: amontons.Model | None, path: Path, urdf: bool
 ) -> tuple[amontons.Model | None, Any, dict[str, Any]]:
