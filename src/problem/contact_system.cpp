@@ -165,7 +165,7 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
 // w = M^-1 w for free bodies; constrained bodies move as their joints allow. Those of a linkage are left out
 // of the loop over free bodies, because their velocities are known already. Other maps do not say which
 // bodies they move until they are called.
-void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates, const Subset& walk) {
+void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates, const Subset& visited) {
   static thread_local std::vector<double> held;
   if (A.constrained && rates) {
     held.resize(6 * A.constrained->body.size());
@@ -175,9 +175,9 @@ void apply_masses(const ContactSystem& A, std::span<double> w, const double* rat
     for (Index i : A.constrained->body) held.insert(held.end(), &w[6 * i], &w[6 * i] + 6);
     A.constrained->apply(held.data());
   }
-  const Linkage* trees = A.constrained ? A.constrained->linkage.get() : nullptr;
-  walk.each(A.bodies.size(), [&](std::size_t i) {
-    if (trees && trees->place_of(static_cast<Index>(i)) >= 0) return;
+  const Linkage* trees = linkage_of(A);
+  visited.each(A.bodies.size(), [&](std::size_t i) {
+    if (trees && trees->number_of(static_cast<Index>(i)) >= 0) return;
     double v[6];
     A.bodies.apply(i, &w[6 * i], v);
     std::copy(v, v + 6, &w[6 * i]);
@@ -362,7 +362,7 @@ void ContactSystem::renew() {
     while (end < jacobian.size() && same_paths(jacobian[end])) ++end;
     append_halves(trees, std::span(jacobian).subspan(i, end - i), half);
   }
-  const auto of_trees = [&](Index body) { return trees.place_of(body) >= 0 || !bodies.moves(body); };
+  const auto of_trees = [&](Index body) { return trees.number_of(body) >= 0 || !bodies.moves(body); };
   const auto reaches_trees = [&](const auto& row) { return of_trees(row.body_a) && of_trees(row.body_b); };
   half.whole = std::all_of(contacts.begin(), contacts.end(), reaches_trees) &&
                std::all_of(jacobian.begin(), jacobian.end(), reaches_trees);
@@ -403,7 +403,7 @@ double mean_diagonal(const ContactSystem& A, std::size_t contact) {
 // diag(A)_i = E_i + j_i M^-1 j_i', row by row: the relative speed of the two bodies along the row per unit
 // impulse along it.
 void ContactSystem::diagonal(std::span<double> d) const {
-  if (constrained && constrained->linkage) return diagonal_of_trees(*this, *constrained->linkage, d);
+  if (const Linkage* trees = linkage_of(*this)) return diagonal_of_trees(*this, *trees, d);
   std::size_t row = 0;
   for (std::size_t i = 0; i < contacts.size(); row += static_cast<std::size_t>(contacts[i++].rows))
     contact_diagonal(*this, i, &d[row]);

@@ -69,7 +69,7 @@ class Extraction {
   void take_trees(const Linkage& whole) {
     static thread_local std::vector<Index> number, reached;
     find_coordinates(whole, number, reached);
-    const auto in_trees = [&](Index body) { return whole.place_of(body) >= 0; };
+    const auto in_trees = [&](Index body) { return whole.number_of(body) >= 0; };
     if (std::any_of(part_.bodies.begin(), part_.bodies.end(), in_trees)) {
       copy_trees(whole, number, reached);
       take_half_rows(number);
@@ -89,7 +89,7 @@ class Extraction {
       }
     };
     for (const Index body : part_.bodies)
-      if (const Index place = whole.place_of(body); place >= 0) reach(whole.last[place]);
+      if (const Index own = whole.number_of(body); own >= 0) reach(whole.last[own]);
     std::sort(reached.begin(), reached.end());
     for (std::size_t i = 0; i < reached.size(); ++i) number[reached[i]] = static_cast<Index>(i);
   }
@@ -106,14 +106,14 @@ class Extraction {
                         &whole.rows[whole.first[k]] + (whole.first[k + 1] - whole.first[k]));
       trees.first.push_back(trees.rows.size());
     }
-    trees.place.assign(part_.bodies.size(), -1);
+    trees.number.assign(part_.bodies.size(), -1);
     for (std::size_t i = 0; i < part_.bodies.size(); ++i) {
-      const Index place = whole.place_of(part_.bodies[i]);
-      if (place < 0) continue;
-      trees.place[i] = static_cast<Index>(trees.body.size());
+      const Index own = whole.number_of(part_.bodies[i]);
+      if (own < 0) continue;
+      trees.number[i] = static_cast<Index>(trees.body.size());
       trees.body.push_back(static_cast<Index>(i));
-      trees.last.push_back(local_coordinate(whole.last[place]));
-      trees.arm.push_back(whole.arm[place]);
+      trees.last.push_back(local_coordinate(whole.last[own]));
+      trees.arm.push_back(whole.arm[own]);
     }
     part_.trees->body = trees.body;
     sub_->constrained = part_.trees;

@@ -140,7 +140,7 @@ void Linkage::move(double* w) const {
 }
 
 Linkage::Paths Linkage::append_paths(const JacobianRow& row, std::vector<Index>& coordinate) const {
-  const auto start = [&](Index i) { return place_of(i) < 0 ? -1 : last[place_of(i)]; };
+  const auto start = [&](Index i) { return number_of(i) < 0 ? -1 : last[number_of(i)]; };
   const bool along = row.coordinate >= 0;
   const Index a = along ? row.coordinate : start(row.body_a), b = along ? -1 : start(row.body_b);
   // Parents have smaller numbers, so that the larger one cannot be of both.
@@ -183,7 +183,7 @@ void Linkage::half_solve(const JacobianRow& row, const Paths& paths, const Index
     std::fill_n(y, size, 0.0);
     y[0] = row.scale;
   } else {
-    const Index a = place_of(row.body_a), b = place_of(row.body_b);
+    const Index a = number_of(row.body_a), b = number_of(row.body_b);
     Six on_a{}, on_b{};
     if (a >= 0) on_a = at_reference(row.a, arm[a]);
     if (b >= 0) on_b = at_reference(row.b, arm[b]);

@@ -278,7 +278,7 @@ void renew(Problem& problem, unsigned threads) {
 
 bool has_trees(const Problem& problem) {
   const auto* system = std::get_if<ContactSystem>(&problem.A);
-  return system && system->constrained && system->constrained->linkage;
+  return system && linkage_of(*system);
 }
 
 // A is symmetric: the product with a unit vector is a row. P stays that of the problem, so that residuals

@@ -171,7 +171,7 @@ Problem touching_tree() {
   // The base, the third and the last link of the arm, the end of the leg; body 4 is the ball.
   trees->body = {0, 1, 2, 3};
   trees->last = {5, 8, 13, 15};
-  trees->place = {0, 1, 2, 3, -1};
+  trees->number = {0, 1, 2, 3, -1};
   ContactSystem A;
   for (int i = 0; i < 5; ++i) small::add_body(A, 1 + i, {0.1, 0.2 + i, 0.3});
   for (int i = 0; i < 4; ++i) trees->arm.push_back({0.2, 0.1 * i, -0.3});

@@ -94,7 +94,7 @@ struct Stages : StepScratch {
              .tree = tree,
              .options = options,
              .asleep = asleep,
-             .walk = {},
+             .visited = {},
              .finder = finder,
              .memory = memory,
              .h = h,

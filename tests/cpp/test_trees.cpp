@@ -123,7 +123,7 @@ TEST(half_rows_multiply_to_the_mobility_of_rows) {
                                       {1, 3, wrench(), wrench()},
                                       {0, 4, wrench(), wrench()},
                                       {5, 2, wrench(), wrench()}};
-  const auto place = [&](Index body) { return linkage.place_of(body); };
+  const auto place = [&](Index body) { return linkage.number_of(body); };
   for (const JacobianRow& a : rows)
     for (const JacobianRow& b : rows) {
       std::vector<double> w(6 * bodies.body.size());

@@ -75,6 +75,11 @@ struct ContactSystem {
   ContactSystem stored() const;
 };
 
+// The trees of a system; null if it has none.
+inline const Linkage* linkage_of(const ContactSystem& A) {
+  return A.constrained ? A.constrained->linkage.get() : nullptr;
+}
+
 // Row k of a contact as a row of D.
 JacobianRow jacobian_row(const ContactGeometry& contact, const ContactBasis& basis, int k);
 
@@ -83,8 +88,8 @@ void add_impulses(const ContactSystem& A, std::span<const double> x, std::span<d
 
 // w = M^-1 w in place: velocities that impulses at the centres of mass cause.
 // `rates`: M^-1 J'w along the coordinates of the trees, if they are known already. Those of trees are all
-// moved, of the others those of the walk.
+// moved, of the others those visited.
 void apply_masses(const ContactSystem& A, std::span<double> w, const double* rates = nullptr,
-                  const Subset& walk = {});
+                  const Subset& visited = {});
 
 }  // namespace amontons

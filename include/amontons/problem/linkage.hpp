@@ -25,8 +25,8 @@ struct Linkage {
   // of mass minus the reference point (m).
   std::vector<Index> body, last;
   std::vector<Vec3> arm;
-  // Per body of the model: its place in `body`, -1 outside of trees.
-  std::vector<Index> place;
+  // Per body of the model: its number in `body`, -1 outside of trees.
+  std::vector<Index> number;
   // Coordinates: the next one towards the root, which has a smaller number (-1: none). The twist per unit
   // rate of all bodies beyond it is the velocity at the reference point and the angular velocity.
   std::vector<Index> parent;
@@ -41,11 +41,11 @@ struct Linkage {
   std::vector<double> inverse_root;  // D_k^-1/2
 
   std::size_t coordinates() const { return parent.size(); }
-  Index place_of(Index i) const {
-    return i >= 0 && static_cast<std::size_t>(i) < place.size() ? place[i] : -1;
+  Index number_of(Index i) const {
+    return i >= 0 && static_cast<std::size_t>(i) < number.size() ? number[i] : -1;
   }
   bool touches(const JacobianRow& row) const {
-    return place_of(row.body_a) >= 0 || place_of(row.body_b) >= 0;
+    return number_of(row.body_a) >= 0 || number_of(row.body_b) >= 0;
   }
 
   // M = L'DL. A pivot far below its diagonal entry belongs to parallel axes of one joint. It is raised to a
@@ -74,8 +74,8 @@ struct Linkage {
   // The part of trees in D M^-1 D' of a row, |y|^2, and the row without bodies of trees.
   double inverse_mass(const JacobianRow& row) const;
   JacobianRow without_trees(JacobianRow row) const {
-    if (place_of(row.body_a) >= 0) row.body_a = world;
-    if (place_of(row.body_b) >= 0) row.body_b = world;
+    if (number_of(row.body_a) >= 0) row.body_a = world;
+    if (number_of(row.body_b) >= 0) row.body_b = world;
     return row;
   }
 };

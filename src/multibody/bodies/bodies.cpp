@@ -9,7 +9,7 @@ namespace amontons {
 // spin separate. M is block-diagonal, 1 / m and R I^-1 R' with the inertia I in body axes. A kinematic body
 // has a velocity in contacts and joints, but zero mobility: no impulse changes it.
 void place_frames(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
-                  const Subset& walk, unsigned threads) {
+                  const Subset& visited, unsigned threads) {
   const bool again = frames.size() == model.bodies() && mobility.size() == model.bodies();
   frames.resize(model.bodies());
   mobility.resize(model.bodies());
@@ -28,13 +28,13 @@ void place_frames(const Model& model, const State& state, BodyFrames& frames, Bo
     mobility[i] = {factor / body.mass,
                    factor * (R * model.inverse_inertia(static_cast<Index>(i)) * transposed(R)), false};
   };
-  walk.each(model.bodies(), place, threads);
+  visited.each(model.bodies(), place, threads);
 }
 
-void place_velocities(const Model& model, const State& state, const Subset& walk,
+void place_velocities(const Model& model, const State& state, const Subset& visited,
                       BodyVelocities& velocities) {
   velocities.resize(model.bodies());
-  walk.each(model.bodies(), [&](std::size_t i) {
+  visited.each(model.bodies(), [&](std::size_t i) {
     const Body& body = model.description().bodies[i];
     const Vec3 arm = to_matrix(state.orientations[i]) * body.centre_of_mass;
     const Vec3& omega = state.angular_velocities[i];
@@ -52,10 +52,10 @@ void place_bodies(const Model& model, const State& state, BodyFrames& frames, Bo
 
 namespace {
 
-// Calls f(i, mass) for every dynamic body of a walk.
+// Calls f(i, mass) for every dynamic body that is visited.
 template <class F>
-void for_each_dynamic(const Model& model, const Subset& walk, F&& f) {
-  walk.each(model.bodies(), [&](std::size_t i) {
+void for_each_dynamic(const Model& model, const Subset& visited, F&& f) {
+  visited.each(model.bodies(), [&](std::size_t i) {
     if (model.is_dynamic(static_cast<Index>(i))) f(i, model.description().bodies[i].mass);
   });
 }
@@ -81,9 +81,9 @@ Momentum momentum(const Model& model, const State& state) {
 // The inertia is that of the frames and not the possibly stiffened one of the mobility: this is the energy of
 // the motion.
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
-                      const Subset& walk) {
+                      const Subset& visited) {
   double energy = 0;
-  for_each_dynamic(model, walk, [&](std::size_t i, double mass) {
+  for_each_dynamic(model, visited, [&](std::size_t i, double mass) {
     const auto& [v, omega] = velocities[i];
     energy += 0.5 * (mass * norm_squared(v) + dot(omega, frames[i].inertia * omega));
   });

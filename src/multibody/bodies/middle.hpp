@@ -13,7 +13,7 @@ namespace amontons {
 // Lets a step begin with the velocities in the state if the last step did not leave them there, or there was
 // none. That holds for all bodies, since the kick is one. Driven bodies always have the velocity that they
 // are given.
-void begin_with_velocities(const Model& model, const Subset& walk, State& state);
+void begin_with_velocities(const Model& model, const Subset& visited, State& state);
 
 // The velocities in the state become those with which the next step begins.
 void show_middle(const Model& model, State& state);
@@ -21,7 +21,7 @@ void show_middle(const Model& model, State& state);
 void begin_with_shown(State& state);
 
 // The velocities of centres of mass in the middle of the last step.
-void begin_in_the_middle(const Model& model, const State& state, const Subset& walk,
+void begin_in_the_middle(const Model& model, const State& state, const Subset& visited,
                          BodyVelocities& velocities);
 
 // Loads that are held over steps. A load that changes at the start of a step acts over the second part of
@@ -31,8 +31,8 @@ struct HeldLoads {
   std::vector<double> controls, joint_forces;
 };
 // Means over a kick: `share` of those of the last step, and the rest of the present ones.
-void take_held_loads(const State& state, double share, const Subset& walk, HeldLoads& held);
+void take_held_loads(const State& state, double share, const Subset& visited, HeldLoads& held);
 // After a step: its loads are those of the last one.
-void keep_held_loads(const Subset& walk, State& state);
+void keep_held_loads(const Subset& visited, State& state);
 
 }  // namespace amontons

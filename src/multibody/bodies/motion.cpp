@@ -146,7 +146,7 @@ void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vecto
     // K) w = I w_mean + torque.
     if (stiffened && damped) free[i].angular += inverse_inertia * (frames[i].inertia * mean) - mean;
   };
-  in.walk.each(free.size(), set_free, in.threads);
+  in.visited.each(free.size(), set_free, in.threads);
 }
 
 // docs/algorithm.md (3). Symplectic Euler: positions move with the velocities at the end of the step,
@@ -195,7 +195,7 @@ void integrate(const Model& model, const BodyFrames& frames, const std::vector<G
     state.linear_velocities[i] = middle.left_linear = linear - cross(omega, arm);
     state.angular_velocities[i] = middle.left_angular = omega;
   };
-  drift.walk.each(frames.size(), move, drift.threads);
+  drift.visited.each(frames.size(), move, drift.threads);
 }
 
 }  // namespace amontons

@@ -36,7 +36,7 @@ struct FreeMotion {
   bool damped = false;
   std::span<const Index> in_tree = {};
   unsigned threads = 1;  // 0: one per core
-  Subset walk = {};
+  Subset visited = {};
 };
 // v_free = v + kick g + M^-1 loads, and the mean of the torque-free rotation over h in place of omega.
 void make_free_velocities(const FreeMotion& in, BodyVelocities& free, std::vector<GyroscopicSpin>& spins);
@@ -48,7 +48,7 @@ struct Drift {
   double h;
   std::span<const double> ahead;
   unsigned threads = 1;  // 0: one per core
-  Subset walk = {};
+  Subset visited = {};
 };
 
 // Moves the bodies of the state, except those of trees. Velocities in the state are those of its instant, and

@@ -119,7 +119,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
     else
       bounds_[g] = quick_bounds(geom.shape, frames_[g]);
   };
-  reach.walk.geoms.each(geoms.size(), place, reach.threads);
+  reach.visited.geoms.each(geoms.size(), place, reach.threads);
 }
 
 // Motions of the geoms, and the boxes that they may reach within the step. A box covers the travel of the
@@ -127,7 +127,7 @@ void ContactFinder::place_geoms(const Reach& reach) {
 // all pairs that could touch overlap. The ball of a sphere, which no turn moves, has grown already. Two of
 // them have a point within the margin, now or at the end of the step, only if they may touch. A plane has no
 // box, but a height up to which it may reach.
-void ContactFinder::reach_out(const Reach& reach, const Subset& walk) {
+void ContactFinder::reach_out(const Reach& reach, const Subset& visited) {
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   auto& [boxes, balls, travels, half_spaces, _] = extents_;
@@ -150,7 +150,7 @@ void ContactFinder::reach_out(const Reach& reach, const Subset& walk) {
       half_spaces[g] = {normal, dot(normal, frames_[g].position) + std::max(0.0, dot(normal, travel)) + grow};
     }
   };
-  walk.each(geoms.size(), reach_out, reach.threads);
+  visited.each(geoms.size(), reach_out, reach.threads);
 }
 
 // Where solved velocities lead out of the list, most geoms stay, and a search of the others costs less than a
@@ -231,22 +231,22 @@ void ContactFinder::collide_pairs(const Reach& reach, std::span<const IndexPair>
 // copies nothing.
 void ContactFinder::find(const Reach& reach, std::vector<Contact>& contacts) {
   foreseen_.resize(reach.v.size());
-  reach.walk.bodies.each(reach.v.size(), [&](std::size_t i) { foreseen_[i] = reach.v[i]; });
+  reach.visited.bodies.each(reach.v.size(), [&](std::size_t i) { foreseen_[i] = reach.v[i]; });
   by_pair_.clear();
-  if (!reach.walk.geoms.only) calm_.clear();
+  if (!reach.visited.geoms.only) calm_.clear();
   standing_.begin(reach);
   place_geoms(reach);
-  const Subset walk = reached_otherwise_ ? Subset{} : reach.walk.geoms;
+  const Subset visited = reached_otherwise_ ? Subset{} : reach.visited.geoms;
   reached_otherwise_ = false;
-  reach_out(reach, walk);
+  reach_out(reach, visited);
   stay_.resize(fixed_.size());
-  walk.each(stay_.size(), [&](std::size_t g) {
+  visited.each(stay_.size(), [&](std::size_t g) {
     const Index body = reach.model.outline(static_cast<Index>(g)).body;
     stay_[g] = !reach.has_sleepers() ? fixed_[g] : body < 0 || reach.asleep->stays[body];
   });
   const std::span<const IndexPair> near = reach.model.lists_pairs()
                                               ? std::span<const IndexPair>(reach.model.listed_pairs())
-                                              : near_.find(reach, walk, extents_, motions_, stay_);
+                                              : near_.find(reach, visited, extents_, motions_, stay_);
   if (parts_.empty()) parts_.emplace_back();
   contacts.swap(parts_[0].contacts);
   const std::span<Part> parts =
@@ -347,9 +347,9 @@ void ContactFinder::find_missed(const Reach& reach, double allowance, std::vecto
   const Model& model = reach.model;
   const auto& geoms = model.description().geoms;
   changes_.resize(geoms.size());
-  const Subset walk = calm_.size() == geoms.size() ? reach.walk.geoms : Subset{};
+  const Subset visited = calm_.size() == geoms.size() ? reach.visited.geoms : Subset{};
   calm_.resize(geoms.size());
-  walk.each(geoms.size(), [&](std::size_t g) {
+  visited.each(geoms.size(), [&](std::size_t g) {
     const Index body = model.outline(static_cast<Index>(g)).body;
     changes_[g] = {};
     calm_[g] = 1;

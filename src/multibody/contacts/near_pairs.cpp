@@ -42,10 +42,10 @@ bool Extents::is_within(const Extents& other, std::size_t g) const {
          half_spaces[g].top <= other.half_spaces[g].top;
 }
 
-std::span<const IndexPair> NearPairs::find(const Reach& reach, const Subset& walk, const Extents& now,
+std::span<const IndexPair> NearPairs::find(const Reach& reach, const Subset& visited, const Extents& now,
                                            std::span<const GeomMotion> motions,
                                            std::span<const unsigned char> stay) {
-  if (hold(reach, walk, now, stay)) return pairs_;
+  if (hold(reach, visited, now, stay)) return pairs_;
   const Model& model = reach.model;
   stay_.clear();  // no list until the search has ended
   grow(reach, now, motions);
@@ -57,14 +57,14 @@ std::span<const IndexPair> NearPairs::find(const Reach& reach, const Subset& wal
   return pairs_;
 }
 
-bool NearPairs::hold(const Reach& reach, const Subset& walk, const Extents& now,
+bool NearPairs::hold(const Reach& reach, const Subset& visited, const Extents& now,
                      std::span<const unsigned char> stay) const {
   if (stay_.size() != stay.size()) return false;
   std::atomic<bool> all{true};
   const auto test = [&](std::size_t g) {
     if ((stay_[g] && !stay[g]) || !now.is_within(grown_, g)) all.store(false, std::memory_order_relaxed);
   };
-  walk.each(stay.size(), test, reach.threads);
+  visited.each(stay.size(), test, reach.threads);
   return all;
 }
 

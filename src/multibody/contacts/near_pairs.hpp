@@ -48,11 +48,11 @@ struct Extents {
 class NearPairs {
  public:
   // Ascending pairs, among which are all that meet now, except those of two geoms that stay.
-  // Extents of geoms outside of the walk are those of the last call.
-  std::span<const IndexPair> find(const Reach& reach, const Subset& walk, const Extents& now,
+  // Extents of geoms outside of those visited are those of the last call.
+  std::span<const IndexPair> find(const Reach& reach, const Subset& visited, const Extents& now,
                                   std::span<const GeomMotion> motions, std::span<const unsigned char> stay);
   // Whether the last list is one, too.
-  bool hold(const Reach& reach, const Subset& walk, const Extents& now,
+  bool hold(const Reach& reach, const Subset& visited, const Extents& now,
             std::span<const unsigned char> stay) const;
   std::span<const IndexPair> pairs() const { return pairs_; }
 

@@ -3,6 +3,8 @@
 #pragma once
 #include <cstddef>
 
+#include "amontons/base/policy.hpp"
+
 namespace amontons::contacts {
 
 struct Policy {
@@ -37,6 +39,13 @@ struct Policy {
   double same_direction = 1e-4;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("contacts", {{"allowance", &policy.allowance},
+                                                   {"level", &policy.level},
+                                                   {"least_overlap", &policy.least_overlap},
+                                                   {"few", &policy.few},
+                                                   {"one_normal", &policy.one_normal},
+                                                   {"least_turn", &policy.least_turn},
+                                                   {"same_direction", &policy.same_direction}});
 
 }  // namespace amontons::contacts

@@ -19,7 +19,7 @@ struct Reach {
   unsigned threads = 1;
   const PairSearch* pairs = nullptr;
   const Sleepers* asleep = nullptr;  // islands that stay; null: none
-  Walked walk = {};  // bodies and geoms whose data a search makes; it keeps those of the others
+  Visited visited = {};  // bodies and geoms whose data a search makes; it keeps those of the others
   bool has_sleepers() const { return asleep && asleep->any(); }
   // For what a search on a device reads.
   const HostMemory& memory() const {

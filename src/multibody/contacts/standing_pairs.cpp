@@ -47,8 +47,8 @@ void StandingPairs::begin(const Reach& reach) {
   velocities_.resize(bodies);
   stands_.resize(bodies);
   // A body asleep stands.
-  if (reach.walk.bodies.only) std::fill(stands_.begin(), stands_.end(), 1);
-  reach.walk.bodies.each(bodies, [&](std::size_t i) {
+  if (reach.visited.bodies.only) std::fill(stands_.begin(), stands_.end(), 1);
+  reach.visited.bodies.each(bodies, [&](std::size_t i) {
     const Transform& pose = reach.bodies[i].pose;
     stands_[i] = comparable && same_bits(poses_[i], pose) && same_bits(velocities_[i], reach.v[i]);
     poses_[i] = pose;

@@ -1,6 +1,7 @@
 // Every tuned number of joints, with its unit, its reason, and the test that protects it.
 // tools/check_policy.py finds numbers elsewhere.
 #pragma once
+#include "amontons/base/policy.hpp"
 
 namespace amontons::joints {
 
@@ -37,6 +38,12 @@ struct Policy {
   double rounding = 1e-12;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("joints", {{"compliance", &policy.compliance},
+                                                 {"auxiliary_mass", &policy.auxiliary_mass},
+                                                 {"reach", &policy.reach},
+                                                 {"smallest_step", &policy.smallest_step},
+                                                 {"regular", &policy.regular},
+                                                 {"rounding", &policy.rounding}});
 
 }  // namespace amontons::joints

@@ -101,9 +101,9 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
       !step.damped &&
       (solved.path == StepPath::accurate ||
        (solved.path == StepPath::joints_restored && solved.solution.residual <= step::policy.three_digits));
-  const Subset& walk = step.walk.bodies;
+  const Subset& visited = step.visited.bodies;
   ahead.resize(step.model.bodies());
-  walk.each(ahead.size(), [&](std::size_t i) { ahead[i] = solved_well ? step.h / (2 * step.kick()) : 0; });
+  visited.each(ahead.size(), [&](std::size_t i) { ahead[i] = solved_well ? step.h / (2 * step.kick()) : 0; });
   if (!solved_well) return;
   const Problem& problem = *posed.problem;
   const SolvedMotion motion{o, solved.after, step.h, step.h * norm(step.model.description().gravity),
@@ -122,7 +122,7 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
     island.jumps =
         row < first ? is_rough(motion, o.contacts[k], x) : is_rough(motion, posed.rows, row - first, x);
   }
-  walk.each(ahead.size(), [&](std::size_t i) {
+  visited.each(ahead.size(), [&](std::size_t i) {
     if (const Index home = graph.of_body[i]; (home >= 0 && islands[home].jumps) || o.stopped[i]) ahead[i] = 0;
   });
 }

@@ -64,7 +64,7 @@ double contact_compliance(const Material& m, const Assembly& options) {
 double softness(const StepBodies& bodies, const Contact& c, const Model* model) {
   if (!bodies.trees || !model) return 0;
   const Linkage& trees = *bodies.trees->linkage;
-  if (trees.place_of(c.body_a) < 0 && trees.place_of(c.body_b) < 0) return 0;
+  if (trees.number_of(c.body_a) < 0 && trees.number_of(c.body_b) < 0) return 0;
   double inverse_mass = 0;
   for (const Index i : {c.body_a, c.body_b})
     if (i >= 0) inverse_mass += bodies.mobility[i].inverse_mass;
@@ -169,10 +169,10 @@ std::span<double> impulses_on_bodies(const Problem& problem, std::span<const dou
 }
 
 // Auxiliary bodies have no entry in v: their velocities are discarded after the step.
-void add_moved(const Problem& problem, std::span<double> w, const double* rates, const Subset& walk,
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, const Subset& visited,
                BodyVelocities& v) {
-  apply_masses(std::get<ContactSystem>(problem.A), w, rates, walk);
-  walk.each(v.size(), [&](std::size_t i) {
+  apply_masses(std::get<ContactSystem>(problem.A), w, rates, visited);
+  visited.each(v.size(), [&](std::size_t i) {
     const double* change = &w[6 * i];
     v[i].linear += Vec3{change[0], change[1], change[2]};
     v[i].angular += Vec3{change[3], change[4], change[5]};
@@ -181,8 +181,8 @@ void add_moved(const Problem& problem, std::span<double> w, const double* rates,
 
 // D'x is summed per body first, six numbers about its centre of mass, then multiplied by M^-1.
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v,
-                    const Subset& walk) {
-  add_moved(problem, impulses_on_bodies(problem, x), nullptr, walk, v);
+                    const Subset& visited) {
+  add_moved(problem, impulses_on_bodies(problem, x), nullptr, visited, v);
 }
 
 }  // namespace amontons

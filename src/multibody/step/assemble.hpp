@@ -31,12 +31,12 @@ Problem assemble(const StepBodies& bodies, std::vector<Contact>& contacts, const
 // D'x, six numbers per body: impulses at the centres of mass. Valid until the next call on this thread.
 std::span<double> impulses_on_bodies(const Problem& problem, std::span<const double> x);
 
-// v += M^-1 w of the bodies of a walk for w = D'x, which changes. `rates` as of apply_masses().
-void add_moved(const Problem& problem, std::span<double> w, const double* rates, const Subset& walk,
+// v += M^-1 w of the bodies visited for w = D'x, which changes. `rates` as of apply_masses().
+void add_moved(const Problem& problem, std::span<double> w, const double* rates, const Subset& visited,
                BodyVelocities& v);
 
 // v += M^-1 D' x
 void apply_impulses(const Problem& problem, std::span<const double> x, BodyVelocities& v,
-                    const Subset& walk = {});
+                    const Subset& visited = {});
 
 }  // namespace amontons

@@ -83,7 +83,7 @@ double inner_product(const EnergyInput& in, std::size_t body, const BodyVelocity
 
 bool in_tree(const EnergyInput& in, std::size_t body) {
   const auto& trees = std::get<ContactSystem>(in.problem.A).constrained;
-  return trees && trees->linkage->place_of(static_cast<Index>(body)) >= 0;
+  return trees && trees->linkage->number_of(static_cast<Index>(body)) >= 0;
 }
 
 // Impulses act on the spin at the start; the mean spin of the step differs from it by the lag.
@@ -115,7 +115,7 @@ EnergyBalance along_mean(const EnergyInput& in) {
   mean.moved.resize(in.start.size());
   double kinetic = 0, work = 0;
   bool driven = false;
-  in.walk.each(mean.all.size(), [&](std::size_t i) {
+  in.visited.each(mean.all.size(), [&](std::size_t i) {
     const BodyVelocity& start = in.start[i];
     if (!in.model.is_dynamic(static_cast<Index>(i))) {
       mean.all[i] = start;

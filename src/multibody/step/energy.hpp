@@ -19,7 +19,7 @@ struct EnergyInput {
   const JointRows& rows;
   double dt;        // s, of the whole step; the allowance refers to it
   double recovery;  // m/s, of the correction of position errors by velocities
-  Subset walk = {};
+  Subset visited = {};
 };
 
 // J: the work of all parts that can only dissipate, and its largest allowed value. The work is taken along

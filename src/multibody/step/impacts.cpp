@@ -156,10 +156,10 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
   o.impacts.assign(step.model.joints(), JointWrench{});
   const double share = step.last / (2 * step.kick());
   static thread_local BodyVelocities middle, ahead;
-  const Subset& walk = step.walk.bodies;
+  const Subset& visited = step.visited.bodies;
   middle.resize(o.start.size());
   ahead.resize(o.start.size());
-  walk.each(middle.size(), [&](std::size_t i) {
+  visited.each(middle.size(), [&](std::size_t i) {
     middle[i] = o.start[i];
     ahead[i] = {};
     if (!step.model.is_dynamic(static_cast<Index>(i))) return;
@@ -168,7 +168,7 @@ bool resolve_impacts(const StepSetting& step, const StepSolver& solver, const St
     o.start[i].angular += ahead[i].angular;
   });
   const bool bounced = reflect(step, solver, state, o);
-  walk.each(middle.size(), [&](std::size_t i) {
+  visited.each(middle.size(), [&](std::size_t i) {
     if (!bounced) o.start[i] = middle[i];
     if (!bounced) return;
     o.start[i].linear -= ahead[i].linear;

@@ -13,13 +13,13 @@ namespace amontons {
 
 static void find_velocities(const StepSetting& step, const Observed& o, const StepProblem& posed,
                             Solved& solved) {
-  const Subset& walk = step.walk.bodies;
+  const Subset& visited = step.visited.bodies;
   solved.after.resize(o.free.size());
-  walk.each(o.free.size(), [&](std::size_t i) { solved.after[i] = o.free[i]; });
+  visited.each(o.free.size(), [&](std::size_t i) { solved.after[i] = o.free[i]; });
   // If all stops, impulses are not needed.
-  if (!solved.islands.all_rest()) apply_impulses(*posed.problem, solved.solution.x, solved.after, walk);
-  stop_resting(step.model, posed.problem->graph.islands, solved.islands, walk, solved.after);
-  stop_asleep(step.asleep, walk, solved.after);
+  if (!solved.islands.all_rest()) apply_impulses(*posed.problem, solved.solution.x, solved.after, visited);
+  stop_resting(step.model, posed.problem->graph.islands, solved.islands, visited, solved.after);
+  stop_asleep(step.asleep, visited, solved.after);
 }
 
 void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
@@ -43,7 +43,7 @@ static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first
                     step.options.threads,
                     step.options.pairs.get(),
                     &step.asleep,
-                    step.walk};
+                    step.visited};
   const std::size_t known = o.contacts.size();
   step.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);

@@ -25,7 +25,7 @@ double least_slip(const StepSetting& step, const Solved& solved) {
   const double fall = step.h * norm(step.model.description().gravity);
   const double residual = std::max(step.options.tolerance, solved.solution.residual);
   double fastest = 0;
-  step.walk.bodies.each(solved.after.size(), [&](std::size_t i) {
+  step.visited.bodies.each(solved.after.size(), [&](std::size_t i) {
     const BodyVelocity& v = solved.after[i];
     fastest = std::max(fastest, norm(v.linear) + step.model.length() * norm(v.angular));
   });
@@ -71,9 +71,9 @@ void move_on(const StepSetting& step, const StepProblem& posed, Solved& solved, 
   find_ahead(step, posed, state.impulse_step, o, solved, ahead);
   state.impulse_step = step.kick();
   state.last_step = step.h;
-  keep_held_loads(step.walk.bodies, state);
+  keep_held_loads(step.visited.bodies, state);
   integrate(step.model, o.frames, o.spins,
-            {o.start, solved.after, step.h, ahead, step.options.threads, step.walk.bodies}, state,
+            {o.start, solved.after, step.h, ahead, step.options.threads, step.visited.bodies}, state,
             step.tree.number());
   if (step.tree.moves()) {
     move_trees(o.tree_setting(step), solved.after, trees.after, trees.after, trees, state);

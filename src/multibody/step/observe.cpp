@@ -18,7 +18,7 @@ namespace amontons {
 
 static void make_free_velocities(const StepSetting& step, Observed& o) {
   make_free_velocities({step.model, step.h, step.kick(), o.frames, o.mobility, o.start, o.loads, step.damped,
-                        step.tree.number(), step.options.threads, step.walk.bodies},
+                        step.tree.number(), step.options.threads, step.visited.bodies},
                        o.free, o.spins);
   if (step.tree.moves()) make_free_tree_velocities(o.tree_setting(step), o.loads, o.trees, o.free);
 }
@@ -28,23 +28,23 @@ static void make_free_velocities(const StepSetting& step, Observed& o) {
 // ones.
 static void foresee(const StepSetting& step, Observed& o) {
   o.foreseen.resize(o.free.size());
-  step.walk.bodies.each(o.free.size(), [&](std::size_t i) {
+  step.visited.bodies.each(o.free.size(), [&](std::size_t i) {
     o.foreseen[i] = o.free[i];
     o.foreseen[i].linear -= o.mobility[i].inverse_mass * o.efforts[i].force;
     o.foreseen[i].angular -= o.mobility[i].inverse_inertia * o.efforts[i].torque;
   });
 }
 
-void place_for_report(const Model& model, const State& state, const Subset& walk, Observed& o) {
-  place_frames(model, state, o.frames, o.mobility, walk, 1);
-  place_velocities(model, state, walk, o.start);
+void place_for_report(const Model& model, const State& state, const Subset& visited, Observed& o) {
+  place_frames(model, state, o.frames, o.mobility, visited, 1);
+  place_velocities(model, state, visited, o.start);
 }
 
 // Adds the impulses of the loads on bodies to those along joints, which are the efforts.
 static void add_body_loads(const StepSetting& step, Observed& o) {
   const double kick = step.kick();
   o.efforts.resize(o.loads.size());
-  step.walk.bodies.each(o.loads.size(), [&](std::size_t i) {
+  step.visited.bodies.each(o.loads.size(), [&](std::size_t i) {
     o.efforts[i] = o.loads[i];
     o.loads[i].force += kick * o.held.forces[i];
     o.loads[i].torque += kick * o.held.torques[i];
@@ -57,9 +57,9 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   const Tree& tree = step.tree;
   const TreeSetting trees = o.tree_setting(step);
   place_trees(trees, state, o.trees);
-  const Subset& walk = step.walk.bodies;
-  place_frames(model, state, o.frames, o.mobility, walk, step.options.threads);
-  begin_in_the_middle(model, state, walk, o.start);
+  const Subset& visited = step.visited.bodies;
+  place_frames(model, state, o.frames, o.mobility, visited, step.options.threads);
+  begin_in_the_middle(model, state, visited, o.start);
   update_coordinates(model, o.frames, state, tree.without_rows());
   place_joints(model, o.frames, state, o.joints, tree.without_rows());
   place_tree_joints(trees, state, o.trees, o.joints);
@@ -69,8 +69,8 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   // Motors of known effort are loads. Any other load that does not depend on the results of the step would be
   // added here.
   o.loads.resize(model.bodies());
-  walk.each(model.bodies(), [&](std::size_t i) { o.loads[i] = {}; });
-  take_held_loads(state, step.last / (2 * kick), walk, o.held);
+  visited.each(model.bodies(), [&](std::size_t i) { o.loads[i] = {}; });
+  take_held_loads(state, step.last / (2 * kick), visited, o.held);
   add_motor_loads(model, o.joints, o.held.controls, kick, o.loads);
   add_joint_forces(step.tree, o.frames, o.joints, o.held.joint_forces, kick, o.loads);
   add_actuator_loads({model, state, o.held.controls, h}, o.frames, o.joints, o.start, kick, o.loads);
@@ -81,7 +81,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   foresee(step, o);
   clock.lap(&Timings::assembly);
   step.finder.find({model, o.frames, o.foreseen, h, step.margin, step.options.threads,
-                    step.options.pairs.get(), &step.asleep, step.walk},
+                    step.options.pairs.get(), &step.asleep, step.visited},
                    o.contacts);
   find_known(model, state.contacts, o.frames, o.contacts, o.known);
   set_slipping_friction(model, state.contacts, o.known, o.contacts);
@@ -92,7 +92,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
 
 void stiffen(const StepSetting& step, const State& state, const Observed& o, Stiffened& stiffened) {
   stiffened.mobility.resize(o.mobility.size());
-  step.walk.bodies.each(o.mobility.size(), [&](std::size_t i) { stiffened.mobility[i] = o.mobility[i]; });
+  step.visited.bodies.each(o.mobility.size(), [&](std::size_t i) { stiffened.mobility[i] = o.mobility[i]; });
   stiffen_rotations(step.model, state, step.h * step.kick(), o.frames, o.joints, stiffened);
 }
 

@@ -27,11 +27,13 @@ struct StepMemory {
   std::uint64_t holds = 0;
   // The bodies whose data a step beside these islands makes. It makes those of all bodies if the last step
   // was not beside the same islands. This is the only rule: a set of islands that changes, a copy of a
-  // simulation, or an attempt that did not end, make a step that walks all.
-  Walked walk(const Sleepers& asleep) const { return holds == asleep.number ? asleep.walk() : Walked{}; }
+  // simulation, or an attempt that did not end, make a step that visits all.
+  Visited visited(const Sleepers& asleep) const {
+    return holds == asleep.number ? asleep.visited() : Visited{};
+  }
   // The same at the start of a step. Until its end the arrays are a mixture of two steps.
-  Walked begin(const Sleepers& asleep) {
-    const Walked all = walk(asleep);
+  Visited begin(const Sleepers& asleep) {
+    const Visited all = visited(asleep);
     holds = 0;
     return all;
   }
@@ -61,7 +63,7 @@ struct Observed {
 
 // Frames, mobility and velocities of the poses of the state, for the report of the step that led there. The
 // next step begins with these frames.
-void place_for_report(const Model& model, const State& state, const Subset& walk, Observed& observed);
+void place_for_report(const Model& model, const State& state, const Subset& visited, Observed& observed);
 
 // Bodies, joints, free velocities, and the contacts that the foreseen velocities could close. Coordinates of
 // the state follow its poses.

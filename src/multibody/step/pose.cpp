@@ -103,11 +103,12 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   // coordinates already.
   posed.predicted.clear();
   if (!w.empty() && touching) {
-    const Subset& walk = step.walk.bodies;
+    const Subset& visited = step.visited.bodies;
     posed.predicted.resize(o.free.size());
-    walk.each(o.free.size(), [&](std::size_t i) { posed.predicted[i] = o.free[i]; });
-    add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), walk, posed.predicted);
-    stop_asleep(step.asleep, walk, posed.predicted);
+    visited.each(o.free.size(), [&](std::size_t i) { posed.predicted[i] = o.free[i]; });
+    add_moved(*posed.problem, w, !step.tree.moves() ? nullptr : o.trees.caused.data(), visited,
+              posed.predicted);
+    stop_asleep(step.asleep, visited, posed.predicted);
   }
   posed.turns.clear();
   if (!step.damped && !o.contacts.empty() && !clock.short_of_time) turn_ahead(step, o, posed);

@@ -37,9 +37,9 @@ void add_part(const PositionErrors& errors, const StepProblem& posed, const Solv
 
 // Coordinates are restored to those at the start of the step, from which the next step continues. Those of
 // trees that the step has moved are exact already.
-void add_energies(const Model& model, const Subset& walk, const std::vector<unsigned char>& without_rows,
+void add_energies(const Model& model, const Subset& visited, const std::vector<unsigned char>& without_rows,
                   State& state, const Observed& o, Report& report) {
-  report.kinetic_energy = kinetic_energy(model, o.frames, o.start, walk);
+  report.kinetic_energy = kinetic_energy(model, o.frames, o.start, visited);
   report.potential_energy = gravity_energy(model, o.frames);
   if (!has_springs(model)) return;
   static thread_local std::vector<double> coordinates;

@@ -11,7 +11,7 @@ namespace amontons {
 void add_part(const PositionErrors& errors, const StepProblem& posed, const Solved& solved, double tolerance,
               StepSums& sums, Report& report);
 // Energies at the end of a step. Coordinates of trees that the step has moved are exact already.
-void add_energies(const Model& model, const Subset& walk, const std::vector<unsigned char>& without_rows,
+void add_energies(const Model& model, const Subset& visited, const std::vector<unsigned char>& without_rows,
                   State& state, const Observed& observed, Report& report);
 
 }  // namespace amontons

@@ -65,10 +65,10 @@ const std::vector<double>& find_heights(const ContactGraph& graph) {
 // have no island, and need none. A box on a conveyor moves with it. A box that is held above a conveyor
 // slides on it for ever with the same impulses. The velocity of the conveyor is in b, and so in the residual
 // of the start, which is what counts.
-void keep_slow(double length, const BodyVelocities& v, const Subset& walk, double error, const Islands& graph,
-               std::vector<Island>& each) {
+void keep_slow(double length, const BodyVelocities& v, const Subset& visited, double error,
+               const Islands& graph, std::vector<Island>& each) {
   for (Island& island : each) island.motion = 0;
-  walk.each(v.size(), [&](std::size_t i) {
+  visited.each(v.size(), [&](std::size_t i) {
     if (const Index home = graph.of_body[i]; home >= 0) each[home].motion += squared_speed(v[i], length);
   });
   for (Island& island : each) island.rests = island.rests && island.motion <= error * error * island.allowed;
@@ -100,7 +100,7 @@ void keep_carried(const StepSetting& step, std::span<const Contact> contacts, co
   const auto& [problem, _1, predicted, _2] = posed;
   const Islands& graph = problem.graph.islands;
   std::vector<Island> carried = islands.each;
-  keep_slow(length, predicted, step.walk.bodies, rounding, graph, carried);
+  keep_slow(length, predicted, step.visited.bodies, rounding, graph, carried);
   const auto counts = [&](Index home) { return islands.each[home].rests && !carried[home].rests; };
   bool any = false;
   for (Index home = 0; home < static_cast<Index>(graph.count); ++home) {
@@ -117,8 +117,8 @@ void keep_carried(const StepSetting& step, std::span<const Contact> contacts, co
   for (std::size_t k = 0; k < part.solution.x.size(); ++k)
     change[part.of.rows[k]] = part.solution.x[k] - start.x[part.of.rows[k]];
   BodyVelocities after = predicted;
-  apply_impulses(problem, change, after, step.walk.bodies);
-  keep_slow(length, after, step.walk.bodies, rounding, graph, islands.each);
+  apply_impulses(problem, change, after, step.visited.bodies);
+  keep_slow(length, after, step.visited.bodies, rounding, graph, islands.each);
   if (part.blocks.empty()) return;
   part.of.put(part.solution.x, start.x);
   form_velocities(problem, start);
@@ -163,17 +163,17 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
     island.changed = posed.again;
   }
   const std::vector<double>& height = find_heights(problem.graph);
-  const Subset& walk = step.walk.bodies;
-  walk.each(model.bodies(), [&](std::size_t i) {
+  const Subset& visited = step.visited.bodies;
+  visited.each(model.bodies(), [&](std::size_t i) {
     if (const Index home = graph.of_body[i]; home >= 0) islands.each[home].allowed += height[i] * fall * fall;
   });
   // Before the step, and with the start.
   islands.slow = true;
   for (const BodyVelocities* v : {&o.start, &posed.predicted}) {
-    walk.each(v->size(), [&](std::size_t i) {
+    visited.each(v->size(), [&](std::size_t i) {
       islands.slow = islands.slow && (graph.of_body[i] >= 0 || is_slow((*v)[i], of_one));
     });
-    keep_slow(model.length(), *v, walk, tolerance, graph, islands.each);
+    keep_slow(model.length(), *v, visited, tolerance, graph, islands.each);
     if (!some && !rests_any(islands)) return false;
   }
   begin_at(problem, posed.x0, start);
@@ -220,14 +220,14 @@ void find_rest(const StepSetting& step, const Observed& o, const PosedStart& pos
 }
 
 // Driven bodies keep their velocities, and so do those that touch nothing, which no solve can be wrong about.
-void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, const Subset& walk,
+void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, const Subset& visited,
                   BodyVelocities& v) {
   if (!islands.any_rests) return;
   const auto stops = [&](std::size_t i) {
     const Index home = graph.of_body[i];
     return home >= 0 && islands.each[home].rests;
   };
-  walk.each(v.size(), [&](std::size_t i) {
+  visited.each(v.size(), [&](std::size_t i) {
     if (stops(i) && model.is_dynamic(static_cast<Index>(i))) v[i] = {};
   });
 }

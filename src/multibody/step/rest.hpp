@@ -57,7 +57,7 @@ void find_rest(const StepSetting& step, const Observed& observed, const PosedSta
 // The natural residual of the whole problem, from the maps of the islands that move.
 double residual_beside_rest(const StepIslands& islands, SquaredMaps moving);
 // Stops the bodies of islands at rest.
-void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, const Subset& walk,
+void stop_resting(const Model& model, const Islands& graph, const StepIslands& islands, const Subset& visited,
                   BodyVelocities& v);
 
 }  // namespace amontons

@@ -26,7 +26,7 @@ EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepP
           .rows = posed.rows,
           .dt = step.options.dt,
           .recovery = step.recovery,
-          .walk = step.walk.bodies};
+          .visited = step.visited.bodies};
 }
 
 // Velocities of impulses that were changed.

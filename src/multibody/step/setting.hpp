@@ -20,7 +20,7 @@ struct StepSetting {
   const Tree& tree;
   const SimulationOptions& options;
   const Sleepers& asleep;  // islands that the step leaves out
-  Walked walk;             // bodies and geoms whose data the stages make
+  Visited visited;         // bodies and geoms whose data the stages make
   ContactFinder& finder;   // memory of the searches: later ones of a step go on from the first
   StepMemory& memory;
   double h;             // s, of this part of the step; options.dt is the whole step

@@ -102,7 +102,7 @@ void Simulation::begin_step() {
   validate(*model_, state_, last_.asleep.any() ? Subset{&changed} : Subset{});
   if (last_.asleep.any()) wake_changed(*tree_, last_.before, state_, changed, last_.asleep, last_.touching);
   copy_changes(state_, last_.before);
-  begin_with_velocities(*model_, last_.asleep.walk().bodies, state_);
+  begin_with_velocities(*model_, last_.asleep.visited().bodies, state_);
   if (state_.last_step != options_.dt || state_.impulse_step != options_.dt)
     wake_all(last_.asleep, last_.touching);
 }
@@ -306,10 +306,10 @@ void Simulation::finish_report(Report& report) {
   StepClock clock(infinity);
   clock.timings = report.timings;
   Observed& o = scratch_->observed;
-  const Subset walk = scratch_->memory.walk(last_.asleep).bodies;
-  place_for_report(*model_, state_, walk, o);
+  const Subset visited = scratch_->memory.visited(last_.asleep).bodies;
+  place_for_report(*model_, state_, visited, o);
   static const std::vector<unsigned char> none;
-  add_energies(*model_, walk, report.advanced ? tree_->without_rows() : none, state_, o, report);
+  add_energies(*model_, visited, report.advanced ? tree_->without_rows() : none, state_, o, report);
   if (last_.changed_nothing) {
     last_.report = report;
     last_.has_energies = true;
@@ -353,12 +353,12 @@ static void fill_reactions(const Observed& o, const State& state, std::vector<Jo
 
 // Swaps and exchanges, so that both arrays of each kind keep their memory. The memory of the last problem is
 // taken if nothing else holds it: a problem that was handed out never changes.
-void Simulation::keep_results(double joint_error, const Subset& walk) {
+void Simulation::keep_results(double joint_error, const Subset& visited) {
   auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
   fill_reactions(observed, state_, last_.reactions);
   last_.begun = state_.time;
   last_.stood.resize(observed.frames.size());
-  walk.each(last_.stood.size(), [&](std::size_t i) { last_.stood[i] = observed.frames[i].pose; });
+  visited.each(last_.stood.size(), [&](std::size_t i) { last_.stood[i] = observed.frames[i].pose; });
   scratch_->memory.holds = last_.asleep.number;
   last_.joint_error = joint_error;
   std::swap(last_.contacts, observed.contacts);

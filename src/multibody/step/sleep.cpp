@@ -25,7 +25,7 @@
 // scene have zeros of those asleep, as the work along mean velocities has. Their velocities without impulses
 // are known, so that a look ahead compares the same changes.
 //
-// Stages write arrays with an entry per body or geom. A step visits the bodies awake alone (Walked), because
+// Stages write arrays with an entry per body or geom. A step visits the bodies awake alone (Visited), because
 // the entries of the others are those that it would write. Only the first step beside a set of islands visits
 // all. Some passes over all bodies remain. Users may change any entry of the state, so that it is compared
 // with the last one, and what differs is copied. The potential energy is a sum over all. The products of the
@@ -84,21 +84,21 @@ bool is_before(const Contact& a, const Contact& b) { return in_order(a) < in_ord
 
 bool has_impulse(const Contact& c) { return !(c.impulse == Vec3{}); }
 
-void list_walked(const Model& model, Sleepers& s) {
-  std::vector<unsigned char> walked(model.bodies());
-  for (std::size_t i = 0; i < walked.size(); ++i) walked[i] = s.group[i] < 0;
+void list_visited(const Model& model, Sleepers& s) {
+  std::vector<unsigned char> visited(model.bodies());
+  for (std::size_t i = 0; i < visited.size(); ++i) visited[i] = s.group[i] < 0;
   for (const Joint& joint : model.description().joints)
     for (const Index body : {joint.body_a, joint.body_b})
-      if (body >= 0) walked[static_cast<std::size_t>(body)] = 1;
+      if (body >= 0) visited[static_cast<std::size_t>(body)] = 1;
   s.number = next_number();
-  s.walked.clear();
-  s.walked_geoms.clear();
-  for (std::size_t i = 0; i < walked.size(); ++i)
-    if (walked[i]) s.walked.push_back(static_cast<Index>(i));
+  s.visited_bodies.clear();
+  s.visited_geoms.clear();
+  for (std::size_t i = 0; i < visited.size(); ++i)
+    if (visited[i]) s.visited_bodies.push_back(static_cast<Index>(i));
   const auto& geoms = model.description().geoms;
   for (std::size_t g = 0; g < geoms.size(); ++g)
-    if (geoms[g].body >= 0 && walked[static_cast<std::size_t>(geoms[g].body)])
-      s.walked_geoms.push_back(static_cast<Index>(g));
+    if (geoms[g].body >= 0 && visited[static_cast<std::size_t>(geoms[g].body)])
+      s.visited_geoms.push_back(static_cast<Index>(g));
 }
 
 // Makes what follows from the contacts asleep, and from the groups that sleep.
@@ -124,7 +124,7 @@ void count(const Model& model, Sleepers& s) {
     for (const Index body : {joint.body_a, joint.body_b})
       if (s.joints[j] && body >= 0 && !model.is_dynamic(body)) s.bears[static_cast<std::size_t>(body)] = 1;
   }
-  list_walked(model, s);
+  list_visited(model, s);
   // Groups that woke leave no number behind.
   std::vector<Index> number(s.groups.size(), -1);
   Index kept = 0;
@@ -301,7 +301,7 @@ void wake_changed(const Tree& tree, const State& before, const State& now, std::
     s.groups[static_cast<std::size_t>(s.group[static_cast<std::size_t>(body)])].sleeps = false;
     any = true;
   };
-  for (const Index i : s.walked) s.stays[i] = s.stays[i] != 0 || !model.is_dynamic(i);
+  for (const Index i : s.visited_bodies) s.stays[i] = s.stays[i] != 0 || !model.is_dynamic(i);
   for (const Index i : changed) {
     wake_one(i);
     s.stays[static_cast<std::size_t>(i)] = 0;
@@ -331,8 +331,8 @@ void wake_all(Sleepers& s, std::vector<GeomPair>& touching) {
   s = {};
 }
 
-void stop_asleep(const Sleepers& s, const Subset& walk, BodyVelocities& v) {
-  walk.each(s.group.size(), [&](std::size_t i) {
+void stop_asleep(const Sleepers& s, const Subset& visited, BodyVelocities& v) {
+  visited.each(s.group.size(), [&](std::size_t i) {
     if (s.group[i] >= 0) v[i] = {};
   });
 }

@@ -34,7 +34,7 @@ void wake(const Model& model, std::span<const Index> bodies, Sleepers& asleep,
 void wake_all(Sleepers& asleep, std::vector<GeomPair>& touching);
 
 // The velocities of bodies asleep after any step.
-void stop_asleep(const Sleepers& asleep, const Subset& walk, BodyVelocities& v);
+void stop_asleep(const Sleepers& asleep, const Subset& visited, BodyVelocities& v);
 // Inserts their impulses into those of the contacts awake that the state carries over. Both ascend by pairs.
 void carry_asleep(const Sleepers& asleep, std::vector<CarriedContact>& carried);
 // Appends the impulses along their joints, which have no rows.

@@ -20,9 +20,9 @@ namespace amontons {
 namespace {
 
 // Speeds of bodies, with points at this distance from their centres.
-Speeds fastest(const BodyVelocities& velocities, const Subset& walk, double distance) {
+Speeds fastest(const BodyVelocities& velocities, const Subset& visited, double distance) {
   Speeds most;
-  walk.each(velocities.size(), [&](std::size_t i) {
+  visited.each(velocities.size(), [&](std::size_t i) {
     most.moving = std::max(most.moving, norm(velocities[i].linear));
     most.turning = std::max(most.turning, distance * norm(velocities[i].angular));
   });
@@ -30,9 +30,9 @@ Speeds fastest(const BodyVelocities& velocities, const Subset& walk, double dist
 }
 
 // A body with a velocity that is not finite would corrupt all bodies that it touches, so the step is undone.
-bool all_finite(const BodyVelocities& velocities, const Subset& walk) {
+bool all_finite(const BodyVelocities& velocities, const Subset& visited) {
   bool finite = true;
-  walk.each(velocities.size(), [&](std::size_t i) {
+  visited.each(velocities.size(), [&](std::size_t i) {
     const BodyVelocity& v = velocities[i];
     finite = finite && within(v.linear, largest_coordinate) && within(v.angular, largest_coordinate);
   });
@@ -80,7 +80,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
                          .tree = *tree_,
                          .options = options_,
                          .asleep = last_.asleep,
-                         .walk = kept.begin(last_.asleep),
+                         .visited = kept.begin(last_.asleep),
                          .finder = finder,
                          .memory = kept,
                          .h = h,
@@ -101,7 +101,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   if (wakes(false)) return Outcome::woken;  // a correction moves all that touches what moves
   const bool corrected = correct(step, clock, *scratch_, state_, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
-  Speeds speeds = fastest(observed.start, step.walk.bodies, model.length());
+  Speeds speeds = fastest(observed.start, step.visited.bodies, model.length());
   speeds.moving += h * norm(model.description().gravity);
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
   // Each kind of problem has a memory of its own, because it keeps the pattern of the last one.
@@ -130,10 +130,10 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   add_sleepers(last_.asleep, report);
   const double joint_error = std::max(errors.joint.distance, model.length() * errors.joint.angle);
   report.joints_close = joint_error < last_.joint_error;
-  if (!all_finite(solved.after, step.walk.bodies)) return Outcome::not_finite;
+  if (!all_finite(solved.after, step.visited.bodies)) return Outcome::not_finite;
   // 8.
   move_on(step, posed, solved, observed, state_);
-  keep_results(joint_error, step.walk.bodies);
+  keep_results(joint_error, step.visited.bodies);
   last_.beside_sleepers = last_.asleep.any();
   last_.found = found;
   const bool sound = sums.status == Status::converged && solved.balance.holds();

@@ -12,10 +12,10 @@ namespace {
 // lie. A row has one entry per coordinate on the way to the root, itself included, that is as many as it is
 // deep.
 void start_linkage(const Model& model, const Tree& tree, Linkage& linkage) {
-  linkage.place.assign(model.bodies(), -1);
+  linkage.number.assign(model.bodies(), -1);
   for (std::size_t i = 0; i < model.bodies(); ++i) {
     if (tree.number()[i] < 0) continue;
-    linkage.place[i] = static_cast<Index>(linkage.body.size());
+    linkage.number[i] = static_cast<Index>(linkage.body.size());
     linkage.body.push_back(static_cast<Index>(i));
     linkage.last.push_back(tree.moving()[tree.number()[i]].last);
   }
@@ -98,7 +98,7 @@ std::shared_ptr<ConstrainedBodies> tree_masses(const TreeSetting& in, bool with_
   Linkage& linkage = const_cast<Linkage&>(*masses->linkage);  // no problem holds it
   for (std::size_t i = 0; i < tree.moving().size(); ++i) {
     const TreePlace& place = trees.places[i];
-    linkage.arm[linkage.place[tree.moving()[i].body]] = place.centre - place.reference;
+    linkage.arm[linkage.number[tree.moving()[i].body]] = place.centre - place.reference;
   }
   for (std::size_t k = 0; k < tree.parent().size(); ++k) {
     const Flow& s = trees.columns[k];

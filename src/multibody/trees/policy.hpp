@@ -1,6 +1,7 @@
 // Every tuned number of trees, with its unit, its reason, and the test or benchmark that protects it.
 // tools/check_policy.py finds numbers elsewhere.
 #pragma once
+#include "amontons/base/policy.hpp"
 
 namespace amontons::trees {
 
@@ -12,6 +13,8 @@ struct Policy {
   double most_left = 1e-3;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named =
+    name_policy("trees", {{"rate_precision", &policy.rate_precision}, {"most_left", &policy.most_left}});
 
 }  // namespace amontons::trees

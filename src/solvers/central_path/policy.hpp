@@ -2,6 +2,7 @@
 // tools/check_policy.py finds numbers elsewhere. Counts of factorisations are from 79 steps of
 // benchmarks/corpus.py and from the FCLIB files under coulomb, solved by "auto" and "interior-point".
 #pragma once
+#include "amontons/base/policy.hpp"
 
 namespace amontons::curve {
 
@@ -33,6 +34,13 @@ struct Policy {
   int most_repeats = 6;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("curve", {{"rounding", &policy.rounding},
+                                                {"fraction", &policy.fraction},
+                                                {"most_fraction", &policy.most_fraction},
+                                                {"most_bend", &policy.most_bend},
+                                                {"most_change", &policy.most_change},
+                                                {"neighbourhood", &policy.neighbourhood},
+                                                {"most_repeats", &policy.most_repeats}});
 
 }  // namespace amontons::curve

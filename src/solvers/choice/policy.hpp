@@ -4,6 +4,8 @@
 #pragma once
 #include <cstddef>
 
+#include "amontons/base/policy.hpp"
+
 namespace amontons::choice {
 
 struct Policy {
@@ -40,6 +42,14 @@ struct Policy {
   std::size_t small_island = 64;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("choice", {{"most_rows", &policy.most_rows},
+                                                 {"most_bodies", &policy.most_bodies},
+                                                 {"path_factorizations", &policy.path_factorizations},
+                                                 {"many_blocks", &policy.many_blocks},
+                                                 {"least_progress", &policy.least_progress},
+                                                 {"assembly", &policy.assembly},
+                                                 {"first_turn", &policy.first_turn},
+                                                 {"small_island", &policy.small_island}});
 
 }  // namespace amontons::choice

@@ -82,7 +82,7 @@ bool ConstrainedProblem::make(const Problem& problem, Law law) {
   const auto* A = &std::get<ContactSystem>(problem.A);
   held_.clear();
   for (std::size_t i = 0; i < A->bodies.size(); ++i)
-    if (mechanism_.place(static_cast<Index>(i)) >= 0) held_.push_back(static_cast<Index>(i));
+    if (mechanism_.last_node(static_cast<Index>(i)) >= 0) held_.push_back(static_cast<Index>(i));
   // q is u for impulses that only hold the joints.
   Solution at_zero;
   extend({}, at_zero.x);

@@ -33,14 +33,14 @@ void Mechanism::analyse(const Problem& problem, Scope scope) {
   }
   static const Linkage none;
   const Linkage& trees = linkage_of(A) ? *linkage_of(A) : none;
-  const auto& [place, last, parent] = analysed_trees_;
-  if (moves_ == analysed_moves_ && link_ == analysed_link_ && trees.place == place && trees.last == last &&
+  const auto& [number, last, parent] = analysed_trees_;
+  if (moves_ == analysed_moves_ && link_ == analysed_link_ && trees.number == number && trees.last == last &&
       trees.parent == parent)
     return;
   analyse_pattern(A);
   analysed_moves_ = moves_;
   analysed_link_ = link_;
-  analysed_trees_ = {trees.place, trees.last, trees.parent};
+  analysed_trees_ = {trees.number, trees.last, trees.parent};
 }
 
 // Rows in groups of at most six. Rows between the same two bodies form one, also if other rows lie between
@@ -50,7 +50,7 @@ void Mechanism::find_joints(const ContactSystem& A) {
   const Linkage* trees = linkage_of(A);
   // The node of a body, or of the root of its tree; then the coordinate where its rows end.
   const auto at = [&](Index body) -> std::pair<int, Index> {
-    const Index in_tree = trees ? trees->place_of(body) : -1;
+    const Index in_tree = trees ? trees->number_of(body) : -1;
     if (in_tree < 0) return {body < 0 ? -1 : nodes_.of_body[body], -1};
     int root = -1;
     nodes_.visit_nodes(body, [&](int node) { root = node; });
@@ -105,10 +105,10 @@ void Mechanism::analyse_pattern(const ContactSystem& A) {
   }
   K_.analyse(nodes, edges);
   edge_of_.assign(nodes.size(), 0);
-  nodes_.number_places([this](int node) { return place_of(node); });
-  place_.assign(moves_.size(), -1);
-  for (std::size_t i = 0; i < place_.size(); ++i)
-    if (nodes_.last[i] >= 0) place_[i] = place_of(nodes_.last[i]);
+  nodes_.number_entries([this](int node) { return position(node); });
+  last_node_.assign(moves_.size(), -1);
+  for (std::size_t i = 0; i < last_node_.size(); ++i)
+    if (nodes_.last[i] >= 0) last_node_[i] = position(nodes_.last[i]);
 }
 
 // A system with constrained bodies is itself the rest of another problem.
@@ -125,7 +125,7 @@ void Mechanism::assemble_joint(const Problem& problem, std::size_t joint) {
   const auto& A = std::get<ContactSystem>(problem.A);
   const std::size_t contact_rows = problem.rows() - A.jacobian.size();
   const Joint& j = joints_[joint];
-  for (std::size_t edge = j.first; edge < j.last; ++edge) edge_of_[place_of(edge_node_[edge])] = edge;
+  for (std::size_t edge = j.first; edge < j.last; ++edge) edge_of_[position(edge_node_[edge])] = edge;
   double *E = K_.diagonal(node_of_joint(joint)), *least = K_.least(node_of_joint(joint));
   for (std::size_t k = 0; k < j.rows.size(); ++k) {
     const std::size_t row = row_[j.rows[k]];
@@ -165,10 +165,10 @@ void Mechanism::move(const Bodies& bodies, const std::vector<Index>& body, doubl
                      std::vector<double>& z) const {
   z.assign(width * K_.nodes(), 0.0);
   for (std::size_t i = 0; i < body.size(); ++i)
-    nodes_.to_node(bodies, static_cast<std::size_t>(body[i]), w + width * i, &z[width * place_[body[i]]]);
+    nodes_.to_node(bodies, static_cast<std::size_t>(body[i]), w + width * i, &z[width * last_node_[body[i]]]);
   solve(z);
   for (std::size_t i = 0; i < body.size(); ++i)
-    nodes_.to_body(bodies, static_cast<std::size_t>(body[i]), &z[width * place_[body[i]]], w + width * i);
+    nodes_.to_body(bodies, static_cast<std::size_t>(body[i]), &z[width * last_node_[body[i]]], w + width * i);
 }
 
 // K (v, -x_f) = (C'D_c' x_c, -b_f)
@@ -179,8 +179,8 @@ void Mechanism::hold(const Problem& problem, std::span<double> x, std::vector<do
   w.assign(width * A.bodies.size(), 0.0);
   amontons::add_impulses(A, x, w);
   right_side(problem.b, z);
-  for (std::size_t i = 0; i < place_.size(); ++i)
-    if (place_[i] >= 0) nodes_.to_node(A.bodies, i, &w[width * i], &z[width * place_[i]]);
+  for (std::size_t i = 0; i < last_node_.size(); ++i)
+    if (last_node_[i] >= 0) nodes_.to_node(A.bodies, i, &w[width * i], &z[width * last_node_[i]]);
   solve(z);
   add_impulses(z, x);
 }

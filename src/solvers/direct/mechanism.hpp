@@ -31,11 +31,11 @@ class Mechanism {
   bool factor_held(const Problem& problem);
 
   const QuasidefiniteFactor& K() const { return K_; }
-  // The coordinates that are nodes of K, with places in its order, and the place of a node there.
+  // The coordinates that are nodes of K, numbered in its order, and the position of a node there.
   const MotionNodes& nodes() const { return nodes_; }
-  Index place_of(int node) const { return K_.position(static_cast<std::size_t>(node)); }
-  // The place of the last node that moves a body; -1 for the world and for bodies that impulses do not move.
-  Index place(Index body) const { return body >= 0 ? place_[body] : -1; }
+  Index position(int node) const { return K_.position(static_cast<std::size_t>(node)); }
+  // Position of the last node that moves a body; -1 for the world and for bodies that impulses do not move.
+  Index last_node(Index body) const { return body >= 0 ? last_node_[body] : -1; }
   // The bilateral rows, by their number in the problem.
   const std::vector<std::size_t>& rows() const { return row_; }
 
@@ -74,15 +74,15 @@ class Mechanism {
 
   std::vector<unsigned char> moves_, analysed_moves_;
   std::vector<Link> link_, analysed_link_;
-  // The trees of that call: place of each body, last coordinate of each place, parents.
+  // The trees of that call: number of each body, last coordinate of each number, parents.
   std::array<std::vector<Index>, 3> analysed_trees_;
   std::vector<std::size_t> row_;
   std::vector<double> P_;  // per row: diag(A)
   MotionNodes nodes_;
   std::vector<Joint> joints_;
   std::vector<int> edge_node_;        // per edge
-  std::vector<std::size_t> edge_of_;  // per place: the edge of its node with the present joint
-  std::vector<Index> place_;
+  std::vector<std::size_t> edge_of_;  // per position: the edge of its node with the present joint
+  std::vector<Index> last_node_;
   QuasidefiniteFactor K_;
 };
 

@@ -3,7 +3,7 @@
 #pragma once
 #include <cstddef>
 
-#include "amontons/base/budget.hpp"
+#include "amontons/base/policy.hpp"
 
 namespace amontons::direct {
 
@@ -42,6 +42,14 @@ struct Policy {
   std::size_t most_steps = 150;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("direct", {{"most_rows", &policy.most_rows},
+                                                 {"most_factor_work", &policy.most_factor_work},
+                                                 {"aim", &policy.aim},
+                                                 {"reduced_share", &policy.reduced_share},
+                                                 {"stale_steps", &policy.stale_steps},
+                                                 {"proximal", &policy.proximal},
+                                                 {"projections", &policy.projections},
+                                                 {"most_steps", &policy.most_steps}});
 
 }  // namespace amontons::direct

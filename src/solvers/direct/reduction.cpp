@@ -42,10 +42,10 @@ bool has_large_island(const Problem& problem, const ContactSystem& A, std::size_
     // Per coordinate: the island of its tree. The last coordinate of a body tells it to the root.
     island_of.assign(trees->coordinates(), -1);
     for (std::size_t i = 0; i < islands.of_body.size(); ++i) {
-      const Index island = islands.of_body[i], place = trees->place_of(static_cast<Index>(i));
+      const Index island = islands.of_body[i], own = trees->number_of(static_cast<Index>(i));
       if (island < 0) continue;
-      if (place < 0) size[island].coordinates += 6;
-      for (Index k = place < 0 ? -1 : trees->last[place]; k >= 0 && island_of[k] < 0; k = trees->parent[k])
+      if (own < 0) size[island].coordinates += 6;
+      for (Index k = own < 0 ? -1 : trees->last[own]; k >= 0 && island_of[k] < 0; k = trees->parent[k])
         island_of[k] = island;
     }
     for (std::size_t k = 0; k < island_of.size(); ++k) {
@@ -105,7 +105,7 @@ bool Reduction::analyse(const Problem& problem, std::size_t most_rows) {
 
 void Reduction::find_islands(const Problem& problem) {
   const auto first = [this](const ContactGraph::Link& link) {
-    const Index a = mechanism_.place(link.a), b = mechanism_.place(link.b);
+    const Index a = mechanism_.last_node(link.a), b = mechanism_.last_node(link.b);
     return a < 0 || b < 0 ? std::max(a, b) : std::min(a, b);
   };
   count_ = sort_into_islands(problem, false, first, rest_);
@@ -192,11 +192,11 @@ void Reduction::find_used(const Problem& problem, std::size_t island) {
   for (std::size_t r = first_block_[island]; r < first_block_[island + 1]; ++r) {
     const IslandBlock& b = rest_[r];
     for (std::size_t k = A.half.first[b.row]; k < A.half.first[b.row + b.dim]; ++k)
-      use(nodes.place[A.half.coordinate[k]]);
+      use(nodes.entry[A.half.coordinate[k]]);
     const ContactGraph::Link& link = problem.graph.links[b.block];
     for (const Index body : {link.a, link.b})
       if (body >= 0 && nodes.of_body[body] >= 0)
-        for (int k = 0; k < 6; ++k) use(nodes.place_of_body[body] + k);
+        for (int k = 0; k < 6; ++k) use(nodes.entry_of_body[body] + k);
   }
   std::sort(used.begin(), used.end());
   for (std::size_t i = 0; i < used.size(); ++i) compact_[used[i]] = static_cast<Index>(i);
@@ -242,7 +242,7 @@ void Reduction::place_columns(const Problem& problem) {
         const ContactGraph::Link& link = problem.graph.links[rest_[r].block];
         for (const Index body : {link.a, link.b})
           mechanism_.nodes().visit_nodes(body, [&](int node) {
-            begin(static_cast<std::size_t>(mechanism_.place_of(node)), column, rest_[r].dim, i);
+            begin(static_cast<std::size_t>(mechanism_.position(node)), column, rest_[r].dim, i);
           });
         column += rest_[r].dim;
       }

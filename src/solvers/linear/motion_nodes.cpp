@@ -12,7 +12,7 @@ MotionNodes::MotionNodes(const ContactSystem& A, std::span<const unsigned char> 
     : of_body(moves.size(), -1) {
   const Linkage* trees = linkage_of(A);
   for (std::size_t i = 0; i < of_body.size(); ++i) {
-    if (!moves[i] || (trees && trees->place_of(static_cast<Index>(i)) >= 0)) continue;
+    if (!moves[i] || (trees && trees->number_of(static_cast<Index>(i)) >= 0)) continue;
     of_body[i] = static_cast<int>(size.size());
     size.push_back(6);
     if (!A.bodies.centre.empty()) position.push_back(A.bodies.centre[i]);
@@ -20,7 +20,7 @@ MotionNodes::MotionNodes(const ContactSystem& A, std::span<const unsigned char> 
   last = of_body;
   above.assign(size.size(), -1);
   if (trees) add_trees(A, only_reached);
-  number_places([](int node) { return node; });
+  number_entries([](int node) { return node; });
 }
 
 // Rows reach whole ways to the root, so that the parent of a coordinate that they reach has a node.
@@ -33,7 +33,7 @@ void MotionNodes::add_trees(const ContactSystem& A, bool only_reached) {
   for (std::size_t k = 0; k < reached.size(); ++k)
     if (reached[k] && trees.parent[k] >= 0) ++children[trees.parent[k]];
   of_coordinate.assign(reached.size(), -1);
-  place.assign(reached.size(), 0);
+  entry.assign(reached.size(), 0);
   for (std::size_t k = 0; k < reached.size(); ++k) {
     if (!reached[k]) continue;
     const bool follows = trees.run[k] > 1 && children[k - 1] == 1 && size.back() < 6;
@@ -42,7 +42,7 @@ void MotionNodes::add_trees(const ContactSystem& A, bool only_reached) {
       above.push_back(trees.parent[k] < 0 ? -1 : of_coordinate[trees.parent[k]]);
     }
     of_coordinate[k] = static_cast<int>(size.size()) - 1;
-    place[k] = size.back()++;
+    entry[k] = size.back()++;
   }
   for (std::size_t i = 0; i < trees.body.size(); ++i)
     for (Index k = trees.last[i]; k >= 0 && last[trees.body[i]] < 0; k = trees.parent[k])

@@ -3,6 +3,8 @@
 #pragma once
 #include <cstddef>
 
+#include "amontons/base/policy.hpp"
+
 namespace amontons::second_order {
 
 struct Policy {
@@ -34,6 +36,11 @@ struct Policy {
   int halvings = 3;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
-extern Policy policy;
+inline constinit Policy policy;
+inline const bool named = name_policy("second_order", {{"fraction", &policy.fraction},
+                                                       {"collapse", &policy.collapse},
+                                                       {"rounding", &policy.rounding},
+                                                       {"burst", &policy.burst},
+                                                       {"halvings", &policy.halvings}});
 
 }  // namespace amontons::second_order

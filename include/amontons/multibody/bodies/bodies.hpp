@@ -52,11 +52,12 @@ struct StepBodies {
 // contains.
 void place_bodies(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
                   BodyVelocities& velocities);
-// Frames and mobilities alone, of the bodies of a walk.
+// Frames and mobilities alone, of the bodies visited.
 void place_frames(const Model& model, const State& state, BodyFrames& frames, BodyMobilities& mobility,
-                  const Subset& walk, unsigned threads);
+                  const Subset& visited, unsigned threads);
 // Velocities alone. The frames are those of the state.
-void place_velocities(const Model& model, const State& state, const Subset& walk, BodyVelocities& velocities);
+void place_velocities(const Model& model, const State& state, const Subset& visited,
+                      BodyVelocities& velocities);
 
 // Linear and angular momentum about the world's origin (N s, N m s), kinetic energy (J), of dynamic bodies.
 struct Momentum {
@@ -66,7 +67,7 @@ Momentum momentum(const Model& model, const State& state);
 // J, 1/2 m v^2 + 1/2 omega' I omega of the state's velocities, or of given ones.
 double kinetic_energy(const Model& model, const State& state);
 double kinetic_energy(const Model& model, const BodyFrames& frames, const BodyVelocities& velocities,
-                      const Subset& walk = {});
+                      const Subset& visited = {});
 // J, -m g . x of the centres of mass.
 double gravity_energy(const Model& model, const BodyFrames& frames);
 

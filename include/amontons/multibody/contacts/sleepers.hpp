@@ -31,7 +31,7 @@ struct SquaredMaps {
 // out are asleep, and arrays of the stages hold their data. These have the bits of the last step, because all
 // that they depend on has: poses, loads and velocities. Their velocities after a step are zero, as are those
 // at its start, so that they add nothing to energies, errors and largest speeds.
-struct Walked {
+struct Visited {
   Subset bodies, geoms;
 };
 
@@ -53,9 +53,9 @@ struct Sleepers {
     std::array<double, 6> impulse;
   };
   std::uint64_t number = 0;  // of this set of islands: no other one of the process has it
-  // The bodies that a step walks, and the geoms on them: those awake, and those with joints. Loads along
+  // The bodies that a step visits, and the geoms on them: those awake, and those with joints. Loads along
   // joints and the rates of trees follow for all joints together.
-  std::vector<Index> walked, walked_geoms;
+  std::vector<Index> visited_bodies, visited_geoms;
   std::vector<Group> groups;
   std::vector<Index> group;          // per body, -1: awake; empty: nothing sleeps
   std::vector<unsigned char> stays;  // per body: asleep, or impulses do not move it and it did not move
@@ -76,7 +76,7 @@ struct Sleepers {
     return !any() || (closing == closing_now && slack == slack_now);
   }
   bool any() const { return !group.empty(); }
-  Walked walk() const { return any() ? Walked{{&walked}, {&walked_geoms}} : Walked{}; }
+  Visited visited() const { return any() ? Visited{{&visited_bodies}, {&visited_geoms}} : Visited{}; }
   std::size_t bodies() const {
     return static_cast<std::size_t>(
         std::count_if(group.begin(), group.end(), [](Index g) { return g >= 0; }));

@@ -144,7 +144,7 @@ class Simulation {
   Outcome advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums, Report& report);
   bool wakes(bool all);
   void let_sleep(const StepSetting& step, std::size_t found);
-  void keep_results(double joint_error, const Subset& walk);
+  void keep_results(double joint_error, const Subset& visited);
   void note_touching(bool advanced);
   void begin_step();
   void put_back();
