@@ -14,6 +14,8 @@ PYTHONS ?=
 export PATH := $(CURDIR)/$(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin):$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Each program that tests start would compile the package again.
+unexport PYTHONDONTWRITEBYTECODE
 # Python for Windows puts its programs elsewhere.
 BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BUILD := build/python
@@ -94,8 +96,8 @@ quick_room:
 	  'try make quick ROOM=joint, shapes, islands, urdf' >&2; exit 2; }
 
 # Chromium for the tests of the viewer, where there is none and one can be had; else these tests are skipped.
-browser: install
-	@command -v chromium chromium-browser google-chrome >/dev/null \
+browser: .venv/.requirements
+	@mkdir -p build && command -v chromium chromium-browser google-chrome >/dev/null \
 	  || timeout 300 $(BIN)/python -m playwright install chromium-headless-shell >build/browser.log 2>&1 \
 	  || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null \
 	    && { apt-get update && apt-get install -y --no-install-recommends chromium; } >>build/browser.log 2>&1; } \
@@ -218,19 +220,26 @@ cross: install .venv/.zig
 clean:
 	rm -rf .venv build out dist .pytest_cache .ruff_cache .hypothesis
 
-install: .venv/.amontons
+install: .venv/.requirements .venv/.amontons
 
 .venv/.checked: tools/check_environment.py
 	@command -v $(PYTHON) >/dev/null || { echo 'amontons: no python3 found: install Python 3.11 or newer' >&2; exit 1; }
 	@$(PYTHON) tools/check_environment.py
 	@mkdir -p .venv && touch $@
 
-.venv/.requirements: pyproject.toml tools/requirements.py | .venv/.checked
-	$(say) 'Installing the requirements into .venv'
+# The compiler needs only these: `make -j2 install` installs the others beside it.
+.venv/.build: pyproject.toml tools/requirements.py | .venv/.checked
+	$(say) 'Installing the build tools into .venv'
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install --quiet --progress-bar off $$($(BIN)/python tools/requirements.py build) \
+	  $$($(BIN)/python tools/check_environment.py --build-tools)
+	@touch $@
+
+.venv/.requirements: .venv/.build
+	$(say) 'Installing the requirements into .venv'
 	@$(BIN)/python tools/requirements.py > .venv/requirements.txt
 	@$(BIN)/python -m pip install --progress-bar off -r .venv/requirements.txt \
-	  $$($(BIN)/python tools/check_environment.py --build-tools) | sed -u -n 's/^Collecting \([^ (]*\).*/  \1/p'
+	  | sed -u -n 's/^Collecting \([^ (]*\).*/  \1/p'
 	@touch $@
 
 .venv/.docs: pyproject.toml | .venv/.requirements
@@ -239,7 +248,7 @@ install: .venv/.amontons
 	@touch $@
 
 # Editable: Python sources are used in place. The build folder stays, so that only what changed is compiled.
-.venv/.amontons: $(NATIVE) | .venv/.requirements
+.venv/.amontons: $(NATIVE) | .venv/.build
 	$(say) 'Compiling amontons'
 	@mkdir -p build
 	@CXX="$$($(BIN)/python tools/check_environment.py --compiler)" \

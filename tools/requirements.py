@@ -1,6 +1,6 @@
 """Prints the requirements of pyproject.toml, one per line: to build, to run, to test and to develop.
 
-With the name of an extra as argument, those of the extra alone.
+With the name of an extra as argument, those of the extra alone; with "build", those of the build.
 """
 
 import sys
@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def requirements(root: Path = ROOT, extra: str = "") -> list[str]:
     data = tomllib.loads((root / "pyproject.toml").read_text())
+    if extra == "build":
+        return data["build-system"]["requires"]
     extras = data["project"]["optional-dependencies"]
     if extra:
         return extras[extra]
