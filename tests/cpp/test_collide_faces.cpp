@@ -12,7 +12,7 @@ using namespace scenes;
 namespace {
 
 constexpr double margin = 0.03;
-constexpr int poses = check::sanitized ? 2000 : 20000;
+constexpr int poses = check::sanitized ? 500 : 20000;
 
 // The upper body's lower face and the lower body's upper face in their own frames,
 // counter-clockwise from above.

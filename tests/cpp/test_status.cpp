@@ -114,6 +114,7 @@ TEST(stalled) {
   const Problem contacts = small::world_contacts(2), joints = small::chain(2);
   for (std::string_view method : method_names())
     for (Law law : laws) {
+      if (check::sanitized && law != Law::coulomb) continue;  // a sixth of the time of all tests
       // Projected Jacobi and Gauss-Seidel creep on for ever on a stack.
       const bool linear = is_linear_only(method) || method == "jacobi" || method == "gauss-seidel";
       const Problem& p = linear ? joints : contacts;
