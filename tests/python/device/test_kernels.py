@@ -50,11 +50,11 @@ def on(backend, name, law):
 
 # Breaks when a kernel computes something else, or sums in another order, than NumPy does; when the loop on a
 # device is not that of spg.cpp or apgd.cpp, bit by bit; when a bit depends on the size of a work group or on
-# the number of iterations between two reads; when two runs differ.
+# the number of iterations between two reads, or when runs differ from time to time.
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("name", NAMES)
 def test_bits_are_those_of_numpy(opened, name, law):
-    for group in (*GROUPS, 64):
+    for group in GROUPS:
         np.testing.assert_array_equal(
             on(opened[group], name, law), expected(name, law), err_msg=f"work groups of {group}"
         )
@@ -70,7 +70,7 @@ def test_a_large_body_is_reached(opened):
 
 
 # Breaks when the comparison above would not see a barrier that is missing: at work groups of one item nothing
-# is wrong, at the others something is.
+# is wrong, at larger ones something is.
 def test_a_missing_barrier_is_found():
     if DEVICE != "opencl":
         pytest.skip("the items of a small group move in step on a GPU")
@@ -86,7 +86,7 @@ def test_a_missing_barrier_is_found():
         except amontons.InputError:  # sums so wrong that A looks indefinite
             return False
 
-    assert [group for group in GROUPS if is_right(group)] == [1]
+    assert [group for group in (1, 64) if is_right(group)] == [1]
 
 
 # Breaks when a method on the device is not that of the CPU: residual, iterations, x.
