@@ -2,10 +2,10 @@
 
     python tools/cross_check.py [PYTHON]
 
-With Clang of the PyPI package ziglang, found in PYTHON (by default the interpreter that runs this): for aarch64
-Linux the kernels and the layer base, linked into a shared library; for Windows the sources with a branch of its own.
-The C++ runtime is left out, as compiling it takes minutes: what needs it stays undefined in the shared library.
-`make wheels` compiles and links everything.
+With Clang of the PyPI package ziglang, found in PYTHON (by default the interpreter that runs this): for
+aarch64 Linux the kernels and the layer base, linked into a shared library; for Windows the sources with a
+branch of its own. The C++ runtime is left out, as compiling it takes minutes: what needs it stays undefined
+in the shared library. `make wheels` compiles and links everything.
 """
 
 from __future__ import annotations
