@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import os
-import platform
-import re
 import shlex
 import subprocess
 import sys
@@ -20,6 +18,7 @@ from typing import Any
 
 import amontons
 import numpy as np
+from amontons.report.health import machine
 from PIL import Image
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -38,16 +37,6 @@ Row = dict[str, Any]
 
 SHARE = 0.25
 """of the range of a control: how far random ones are from its middle at most"""
-
-
-def processor() -> str:
-    """The model name of the processor, as the system tells it."""
-    try:
-        text = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = re.findall(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
-    return names[0].strip() if names else platform.machine()
 
 
 def arguments(description: str | None) -> argparse.ArgumentParser:
@@ -211,7 +200,7 @@ def write_csv(path: Path, rows: Iterable[Row]) -> None:
     write_rows(path, rows)
     known = {row["table"]: row for row in read_csv(path.with_name(ORIGINS))}
     origin = {"table": path.name, "revision": revision(), "date": date.today().isoformat()}
-    known[path.name] = origin | {"command": command(), "processor": processor()}
+    known[path.name] = origin | {"command": command(), "processor": machine()["processor"]}
     write_rows(path.with_name(ORIGINS), [known[name] for name in sorted(known)])
 
 

@@ -10,7 +10,6 @@ compiler, and CuPy or pyopencl. --quick shows that everything runs: `--device op
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import platform
 import re
@@ -31,8 +30,8 @@ from amontons.device.found import chosen_device, open_device
 from amontons.device.methods import DeviceMethod, tiles
 from amontons.device.pairs import PairFinder
 from amontons.problem.options import core_options
+from common import RESULTS, Row, shown, write_csv
 
-RESULTS = Path(__file__).resolve().parent / "results"
 BYTES = {"p-spg-fb": 408, "apgd": 512}
 """bytes per contact and iteration, as kernels.cl counts them"""
 BYTES_OF_BODY = 160
@@ -117,7 +116,7 @@ def fits_host(contacts: int) -> bool:
         return True
 
 
-def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterator[dict[str, Any]]:
+def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterator[Row]:
     n = 1_000 if options.quick else 10_000
     while n <= options.largest and fits_host(n):
         begun = perf_counter()
@@ -148,7 +147,7 @@ def sizes(options: argparse.Namespace, backend: Backend, rate: float) -> Iterato
         n *= 10
 
 
-def with_joints(backend: Backend) -> Iterator[dict[str, Any]]:
+def with_joints(backend: Backend) -> Iterator[Row]:
     """A vehicle on its tracks and a long chain: rows of joints."""
     for name, parameters in (("tracked_vehicle", {}), ("network", {})):
         sim = amontons.Simulation(scenes.make(name, **parameters), tolerance=1e-3, on_failure="ignore")
@@ -227,13 +226,13 @@ def traffic(backend: Backend) -> Iterator[dict[str, float]]:
             delattr(held, name)
 
 
-def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[dict[str, Any]]:
+def simulated(device: Device, counts: tuple[int, ...], steps: int) -> Iterator[Row]:
     """The same steps of falling spheres on the CPU and on the device, and what the device is sent."""
     for count in counts:
         model = scenes.make("spheres_in_box", count=count, radius=0.05)
         start = amontons.Simulation(model, tolerance=1e-2, max_iterations=20, on_failure="ignore")
         start.run(0.4)
-        row: dict[str, Any] = {"spheres": count}
+        row: Row = {"spheres": count}
         given = dict(device_contacts=1, method="apgd", tolerance=1e-3, max_iterations=300)
         for name in ("cpu", device.name):
             sim = start.copy()
@@ -260,14 +259,10 @@ def film(device: Device, path: Path, count: int, duration: float) -> None:
         raise SystemExit(f"{path}: no film was drawn")
 
 
-def write(path: Path, rows: list[dict[str, Any]]) -> None:
-    fields = list(dict.fromkeys(key for row in rows for key in row))
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, fields, lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({key: f"{v:.5g}" if isinstance(v, float) else v for key, v in row.items()})
-            print(", ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))
+def write(path: Path, rows: list[Row]) -> None:
+    write_csv(path, rows)
+    for row in rows:
+        print(", ".join(f"{key} {shown(value)}" for key, value in row.items()))
 
 
 def measure(device: Device, options: argparse.Namespace) -> None:

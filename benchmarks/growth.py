@@ -80,11 +80,10 @@ class Entry(Timed):
     engine: Engine
     spent: float = 0.0
 
-    def part(self, steps: int, limit: float, times: int = 1) -> bool:
-        """So many steps, so many times; none once the processor time is used up. Whether the engine can."""
-        for _ in range(times):
-            if not self.why and self.spent < limit and self.go_on(steps):
-                self.spent += steps * self.times[-1]
+    def part(self, steps: int, limit: float) -> bool:
+        """So many steps, none once the processor time is used up. Whether the engine can."""
+        if self.spent < limit and self.go_on(steps):
+            self.spent += steps * self.times[-1]
         if self.why:
             print(f"growth: {self.engine.name} has {self.why}")
         return not self.why
@@ -99,21 +98,16 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
         except Unsupported as missing:
             print(f"growth: {family.name}: {engine.name} has no {missing}")
     # Step by step before the measurement, where one may take long.
-    entries = [entry for entry in entries if entry.part(1, limit, times=family.before)]
+    entries = [entry for entry in entries if all(entry.part(1, limit) for _ in range(family.before))]
     for entry in entries:
         entry.times.clear()
     for _ in range(PARTS):
         entries = [entry for entry in entries if entry.part(max(1, family.steps // PARTS), limit)]
     for entry in entries:
         entry.running.close()
-    return [
-        {
-            "family": family.name, "size": size, "bodies": len(scene.bodies),
-            "engine": e.engine.name, "dt": family.dt, "step": median(e.times) if e.times else "",
-            "over": e.spent >= limit or not e.times,
-        }
-        for e in entries
-    ]  # fmt: skip
+    row = {"family": family.name, "size": size, "bodies": len(scene.bodies)}
+    return [row | {"engine": e.engine.name, "dt": family.dt, "step": median(e.times) if e.times else "",
+                   "over": e.spent >= limit or not e.times} for e in entries]  # fmt: skip
 
 
 def staged(count: int, before: int = 20, steps: int = 5) -> Row:

@@ -16,26 +16,26 @@ that folder.
 from __future__ import annotations
 
 import os
-import platform
 import subprocess
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from time import perf_counter
 
 import figures
-from amontons import _core
-from common import DATA, ROOT, TABLES, arguments, processor, read_csv, with_folders, write_csv
+from amontons.report.health import machine, versions
+from common import DATA, ROOT, TABLES, Row, arguments, read_csv, with_folders, write_csv
 from report import AGAINST, renew_documents
 from targets import targets
 from views import Results
 
 HERE = Path(__file__).resolve().parent
-PACKAGES = ("amontons", "clarabel", "mujoco-core", "numpy", "scipy", "h5py")
+MODULES = ("clarabel", "mujoco")
+"""Beside those that the package needs."""
 COUNTED = (
     "go1", "fish", "pusher", "domin", "humanoid.xml", "xarm7", "shadow", "suite/quadruped", "swimmer", "ant",
     "in a box", "at rest",
@@ -101,17 +101,9 @@ def cpu_facts() -> Iterator[tuple[str, str]]:
             yield wanted[key.strip()], value.strip()
 
 
-def package_version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
-
-
-def environment() -> list[dict[str, str]]:
-    facts = {"processor": processor(), **dict(cpu_facts())}
-    facts |= {"system": f"{platform.system()} {platform.machine()}", "compiler": _core.compiler()}
-    facts |= {"Python": platform.python_version(), **{name: package_version(name) for name in PACKAGES}}
+def environment() -> list[Row]:
+    facts, packages = machine() | dict(cpu_facts()) | versions(), packages_distributions()
+    facts |= {name: version(name) for module in MODULES for name in packages.get(module, [])[:1]}
     facts |= {"command": "python benchmarks/run_all.py", "date": date.today().isoformat()}
     return [{"key": key, "value": value} for key, value in facts.items()]
 

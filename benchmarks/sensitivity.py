@@ -3,16 +3,17 @@
     python benchmarks/sensitivity.py [--only ROOM ...] [--numbers NAME ...] [--values KIND ...] [--quick]
         [--starts 3] [--seconds 8] [--details FOLDER] [--data FOLDER] [--out FOLDER]
 
-Writes sensitivity.csv, a row per number and value, and sensitivity.md, a row per number. The value that
-switches a number off stands in policy.hpp ("Off: 1."). Each value has a process of its own, a fork of one
-that has loaded all models. Its results are kept in --details, per build and sample, so that a sweep that was
-stopped goes on where it was.
+Writes sensitivity.csv, a row per number and value; "worse" and "better" name what differs by more than its
+noise. The value that switches a number off stands in policy.hpp ("Off: 1."). Each value has a process of its
+own, a fork of one that has loaded all models. Its results are kept in --details, per build and sample, so
+that a sweep that was stopped goes on where it was.
 
 Runs start from states that are perturbed by 1e-9. Sensitivity is the mean difference from today's value over
 --starts of them. Noise is three standard errors of this difference, from what today's value gives over all
 starts: verdicts within it say "flat". A run that keeps its bits from the first start is not repeated from the
 others. Counts are steps (unsolved problems), lost bodies and broken promises, products and factorisations,
-and the deepest overlap; no seconds, so that other programs do not matter.
+and the deepest overlap; no seconds, so that other programs do not matter. Sums of steps and bodies are per
+start; percentages are changes of the geometric mean.
 """
 
 from __future__ import annotations
@@ -221,25 +222,6 @@ def verdict(rows: Sequence[Row]) -> str:
     return "flat" if any(row["runs_changed"] for row in rows) else "no run changes"
 
 
-def write_tables(rows: Sequence[Row], base: Results, groups: dict[str, list[str]], out: Path) -> None:
-    write_csv(out / "sensitivity.csv", rows)
-    counts = ", ".join(f"{len(names)} {group}" for group, names in groups.items())
-    starts = len(next(iter(base.values())))
-    lines = [
-        "# Sensitivity of the tuned numbers", "",
-        f"Written by `benchmarks/sensitivity.py`, over {counts}. Differences are from today's value, which"
-        f" ran from {starts} starts for the noise. Sums of steps and bodies are per start; percentages are"
-        " changes of the geometric mean.", "",
-        "| Number | Today | Runs changed | Verdict |", "|---|--:|--:|---|",
-    ]  # fmt: skip
-    today = _core.policy()
-    for number in dict.fromkeys(row["number"] for row in rows):
-        mine = [row for row in rows if row["number"] == number]
-        moved = ", ".join(f"{row['runs_changed']} ({row['value']})" for row in mine)
-        lines.append(f"| `{number}` | {today[number]:g} | {moved} | {verdict(mine)} |")
-    (out / "sensitivity.md").write_text("\n".join(lines) + "\n")
-
-
 def parsed() -> argparse.Namespace:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", default=[], help="rooms: step, trees, direct, curve")
@@ -282,7 +264,7 @@ def main() -> None:
         found = in_fork(file, lambda v=value: with_value(v, runs, base, options.starts), limit)  # type: ignore[misc]
         rows.append(row_of(value, found, base, groups))
         print(f"{value.name:40s} {rows[-1]['runs_changed']!s:>4s} {verdict(rows[-1:])}", flush=True)
-        write_tables(rows, base, groups, options.out)
+        write_csv(options.out / "sensitivity.csv", rows)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -15,11 +16,9 @@ from typing import Any
 import amontons
 import numpy as np
 from amontons import scenes
-from common import read
+from common import Row, read
 from robot.loading import our_model, with_floor
 from robots import models
-
-Row = dict[str, Any]
 
 PERTURBATION = 1e-9
 """of a start: relative to b of a problem, to the length of a model, to the velocity of a fall from it."""
@@ -60,26 +59,19 @@ def digest(*arrays: Any) -> str:
 
 
 def problem_runs(data: Path) -> Iterator[Run]:
+    def solve(start: int, problem: Any, law: str, tolerance: float, name: str) -> Row:
+        b = problem.b * (1 + PERTURBATION * generator(name, start).normal(size=problem.rows))
+        moved = amontons.vi.Problem(problem.A, b, problem.cones)
+        s = moved.solve(law=law, tolerance=tolerance, threads=1)
+        counts = {"products": s.products, "factorizations": s.factorizations}
+        return {"missed": int(s.status != "converged"), **counts, "bits": digest(s.x)}
+
     for path in [*sorted((data / "fclib").glob("*.hdf5")), *sorted((data / "chrono").glob("*.hdf5"))]:
         problem = read(path)
-        if problem.rows > PROBLEM_ROWS:
-            continue
-        for law, tolerance in (("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-8)):
-
-            def solve(
-                start: int,
-                p: Any = problem,
-                law: str = law,
-                tolerance: float = tolerance,
-                name: str = path.stem,
-            ) -> Row:
-                b = p.b * (1 + PERTURBATION * generator(name, start).normal(size=p.rows))
-                s = amontons.vi.Problem(p.A, b, p.cones).solve(law=law, tolerance=tolerance, threads=1)
-                failed = int(s.status != "converged")
-                counts = {"products": s.products, "factorizations": s.factorizations}
-                return {"missed": failed, **counts, "bits": digest(s.x)}
-
-            yield Run("problems", f"{path.stem} {law} {tolerance:g}", solve)
+        if problem.rows <= PROBLEM_ROWS:
+            for law, tolerance in (("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-8)):
+                how = {"problem": problem, "law": law, "tolerance": tolerance, "name": path.stem}
+                yield Run("problems", f"{path.stem} {law} {tolerance:g}", partial(solve, **how))
 
 
 def perturb(simulation: amontons.Simulation, name: str, start: int) -> None:

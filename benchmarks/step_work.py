@@ -30,7 +30,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import amontons
 import amontons.scenes
@@ -120,12 +119,10 @@ def on_feet(corners: int, ground: Shape | None = None) -> amontons.Model:
     rng = np.random.default_rng(corners)
     points = rng.normal(size=(corners, 3))
     points *= np.array((0.1, 0.06, 0.03)) / np.linalg.norm(points, axis=1)[:, None]
-    return robot(Hull(points), 0.04, ground or Plane())
+    return robot(Hull(points), 0.04, ground or Plane()).build()
 
 
-def on_wheels(points: int) -> amontons.Model:
-    """A body on four wheels, on a height field of points x points heights."""
-    return robot(Cylinder(0.1, 0.03), 0.13, bumps(points))
+WHEELS = (Cylinder(0.1, 0.03), 0.13)
 
 
 def bumps(points: int) -> HeightField:
@@ -133,11 +130,9 @@ def bumps(points: int) -> HeightField:
     return HeightField(0.02 * np.random.default_rng(points).random((points, points)), 4.0, 4.0)
 
 
-def beside_a_pile(trees: Literal["auto", "none"], high: int = 3) -> amontons.Model:
+def beside_a_pile(trees: str, high: int = 3) -> amontons.Model:
     """A body on four wheels, which touch nothing but the floor, beside a pile of cubes that slides."""
-    builder = amontons.ModelBuilder(trees=trees)
-    add_robot(builder, Cylinder(0.1, 0.03), 0.13, Plane())
-    rng = np.random.default_rng(high)
+    builder, rng = robot(*WHEELS, Plane(), trees), np.random.default_rng(high)
     for x, y, z in np.ndindex(high, high, high):
         corner = np.array((2 + 0.21 * x, 0.21 * y, 0.11 + 0.21 * z)) + 0.02 * rng.random(3)
         builder.add_body(
@@ -161,14 +156,9 @@ def wall_at_rest(rows: int) -> amontons.Model:
     return builder.build()
 
 
-def robot(foot: Shape, height: float, ground: Shape) -> amontons.Model:
-    builder = amontons.ModelBuilder()
-    add_robot(builder, foot, height, ground)
-    return builder.build()
-
-
-def add_robot(builder: amontons.ModelBuilder, foot: Shape, height: float, ground: Shape) -> None:
+def robot(foot: Shape, height: float, ground: Shape, trees: str | None = None) -> amontons.ModelBuilder:
     """A box of 0.8 m x 0.4 m with a foot or a wheel on a hinge with damping at each corner."""
+    builder = amontons.ModelBuilder(trees=trees)
     builder.add_geom(None, ground)
     trunk = builder.add_body(shape=Box((0.4, 0.2, 0.05)), density=300.0, position=(0, 0, height + 0.2))
     for x, y in ((-0.4, -0.3), (-0.4, 0.3), (0.4, -0.3), (0.4, 0.3)):
@@ -176,6 +166,7 @@ def add_robot(builder: amontons.ModelBuilder, foot: Shape, height: float, ground
         turn = (math.sqrt(0.5), math.sqrt(0.5), 0, 0) if isinstance(foot, Cylinder) else (1.0, 0, 0, 0)
         end = builder.add_body(shape=foot, density=1000.0, position=(x, y, height), orientation=turn)
         builder.add_revolute_joint(trunk, end, point=(x, y, height), axis=(0, 1, 0), damping=0.5)
+    return builder
 
 
 PILE = "1000 spheres in a box"
@@ -186,7 +177,7 @@ SCENES: dict[str, Callable[[], amontons.Model]] = {
     "feet of 5000 corners": partial(on_feet, 5000),
     "feet of 500 corners on 100 x 100 heights": lambda: on_feet(500, bumps(100)),
     "feet of 500 corners on a slab": lambda: on_feet(500, Box((2.0, 2.0, 1e-3))),
-    "wheels on 100 x 100 heights": partial(on_wheels, 100),
+    "wheels on 100 x 100 heights": lambda: robot(*WHEELS, bumps(100)).build(),
     "wheels in a tree beside a pile": partial(beside_a_pile, "auto"),
     "wheels on rows beside a pile": partial(beside_a_pile, "none"),
     "wall of 105 bricks at rest beside a ball": partial(wall_at_rest, 14),

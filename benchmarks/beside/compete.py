@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from common import Row
 
 from .engine import Engine, Running, Timed, engines
 from .measure import Measure
@@ -17,7 +18,6 @@ from .scenes import Case
 PARTS = 20
 """A run is so many parts, after each of which the others have their turn."""
 REFERENCE, OURS = "MuJoCo", "amontons, 1e-6"
-Row = dict[str, Any]
 
 
 @dataclass

@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from common import processor
+from amontons.report.health import machine
 
 from .plain import Motion, Scene, Unsupported, Variant
 
@@ -130,8 +130,8 @@ class Timed:
         mean, pairs = fmean(self.times), list(zip(self.times, reference, strict=False))
         return {
             "step": mean, "cost": mean / dt, "ratio": median(a / b for a, b in pairs) if pairs else "",
-            "timed": steps * len(self.times), "machine": processor(), "load": round(os.getloadavg()[0], 1),
-            "timed_on": date.today().isoformat(),
+            "timed": steps * len(self.times), "machine": machine()["processor"],
+            "load": round(os.getloadavg()[0], 1), "timed_on": date.today().isoformat(),
         }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from amontons import shapes
 from amontons.model.builder import ModelBuilder
 from amontons.model.shapes import Box, Sphere
 from common import DATA, ROOT
-from measured.toss_data import EDGE, GIVEN, INERTIA, MASS, RATE, read_tosses, world_spin
+from measured.toss_data import EDGE, GIVEN, RATE, add_cube, read_tosses
 
 from .plain import Body, Frame, Geom, Joint, Scene, Unsupported
 
@@ -276,13 +276,7 @@ def tosses() -> amontons.Model:
     material = amontons.Material(friction=GIVEN[0], restitution=GIVEN[1])
     b.add_geom(None, shapes.Plane(), material=material)
     for k, rows in enumerate(measured_tosses()):
-        first = rows[0]
-        b.add_body(
-            f"cube {k}", position=tuple(first[4:7] + (APART * k, 0.0, 0.0)), mass=MASS,
-            inertia=(INERTIA,) * 3, orientation=tuple(first[:4] / np.linalg.norm(first[:4])),
-            linear_velocity=tuple(first[10:13]), angular_velocity=tuple(world_spin(first)),
-            shape=Box((EDGE / 2,) * 3), material=material,
-        )  # fmt: skip
+        b.add_geom(add_cube(b, f"cube {k}", rows[0], APART * k), Box((EDGE / 2,) * 3), material=material)
     return b.build()
 
 

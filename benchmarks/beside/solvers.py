@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import amontons
 import numpy as np
 import scipy.sparse as sp
-from common import RESULTS, arguments, begin, read, read_csv, tracked, write_csv
+from common import RESULTS, Row, arguments, begin, read, read_csv, tracked, write_csv
 
 from .engine import ENVIRONMENTS, Worker
 from .plain import Unsupported
@@ -39,7 +39,6 @@ STEPS = (
 DEADLINE = 5.0
 """s of one solve"""
 QUICK_STRIDE = 14
-Row = dict[str, Any]
 
 
 def interpreter() -> str | None:

@@ -78,16 +78,12 @@ def rows(folder: Path, quick: bool) -> Iterator[dict[str, Any]]:
         friction = FRICTIONS.get(path.stem, FRICTION)
         times = [watch(blocks, 0.2 if quick else SECONDS, compliance)[1] for compliance in (None, 0.0)]
         yield {
-            "assembly": path.stem,
-            "blocks": len(blocks.blocks),
-            "friction": friction,
-            "theirs": _word(VERDICTS.get(path.stem)),
-            "verdict": verdict.verdict,
+            "assembly": path.stem, "blocks": len(blocks.blocks), "friction": friction,
+            "theirs": _word(VERDICTS.get(path.stem)), "verdict": verdict.verdict,
             "needed_with_prestress": "" if need is None else need.upper * friction,
             "needed": "" if need is None or math.isnan(need.placed) else need.placed * friction,
-            "in_time": _fell(times[0]),
-            "rigid_in_time": _fell(times[1]),
-        }
+            "in_time": _fell(times[0]), "rigid_in_time": _fell(times[1]),
+        }  # fmt: skip
     for name, theirs, ours in references(quick):
         yield {"assembly": name, "theirs": theirs, "verdict": ours}
     for what, seconds in times_of_a_wall(quick):

@@ -75,3 +75,12 @@ def world_spin(row: Array) -> Array:
     """The angular velocity of a row in world axes (rad/s)."""
     spin: Array = Rotation.from_quat(row[[1, 2, 3, 0]]).apply(row[7:10])
     return spin
+
+
+def add_cube(builder: amontons.ModelBuilder, name: str, row: Array, along: float = 0.0) -> int:
+    """The cube without its shape at a row of a toss, moved along x."""
+    return builder.add_body(
+        name, mass=MASS, inertia=(INERTIA,) * 3, position=tuple(row[4:7] + (along, 0.0, 0.0)),
+        orientation=tuple(row[:4] / np.linalg.norm(row[:4])), linear_velocity=tuple(row[10:13]),
+        angular_velocity=tuple(world_spin(row)),
+    )  # fmt: skip

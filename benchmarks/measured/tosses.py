@@ -18,7 +18,7 @@ from beside.measure import Array
 from beside.plain import Unsupported, Variant
 from beside.scenes import plain
 
-from .toss_data import EDGE, GIVEN, INERTIA, MASS, RATE, Toss, read_tosses, world_spin
+from .toss_data import EDGE, GIVEN, RATE, Toss, add_cube, read_tosses
 
 OURS = "amontons"
 SHORT = 0.978
@@ -38,14 +38,10 @@ def cube(row: Array, friction: float, restitution: float, corners: bool = False)
 
     corners: eight small spheres within the corners instead of a box, which gets one point from Drake.
     """
-    w, x, y, z = row[:4] / np.linalg.norm(row[:4])
     surface = amontons.Material(friction=friction, restitution=restitution)
     builder = amontons.ModelBuilder(gravity=(0, 0, -9.81))
     builder.add_geom(None, Box((2, 2, 1)), position=(0, 0, -1), material=surface)
-    body = builder.add_body(
-        "cube", mass=MASS, inertia=(INERTIA,) * 3, position=row[4:7], orientation=(w, x, y, z),
-        linear_velocity=row[10:13], angular_velocity=world_spin(row),
-    )  # fmt: skip
+    body = add_cube(builder, "cube", row)
     if corners:
         for corner in itertools.product(*[(RADIUS - EDGE / 2, EDGE / 2 - RADIUS)] * 3):
             builder.add_geom(body, Sphere(RADIUS), position=corner, material=surface)
