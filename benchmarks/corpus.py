@@ -73,13 +73,8 @@ JOINTED = {"method": "newton", "max_iterations": 60}
 def of_scenes() -> Iterator[Sequence]:
     """Every scene with its defaults, and those with a parameter that makes them hard with others."""
     jointed = ("capstan", "chain", "four_bar", "network", "newtons_cradle", "pendulum", "slider_crank")
-    chosen = {
-        "tracked_vehicle": (20, 60, 120, 200),
-        "wall": (2, 10, 60),
-        "wall_at_rest": (1, 4),
-        "spheres_in_box": (20, 45, 60),
-        "network": (1, 10),
-    }
+    chosen = {"tracked_vehicle": (20, 60, 120, 200), "wall": (2, 10, 60), "wall_at_rest": (1, 4),
+              "spheres_in_box": (20, 45, 60), "network": (1, 10)}  # fmt: skip
     for name in scenes.names():
         if name == "free_body":
             continue

@@ -23,9 +23,9 @@ from time import process_time
 
 import amontons
 import numpy as np
-import targets
 from common import SAMPLE, Row, arguments, begin, fill
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
+from report import profile
 
 METHODS = ("apgd", "p-spg-fb", "interior-point", "newton", "gauss-seidel", "cg")
 TOLERANCES = (1e-2, 1e-3, 1e-6, 1e-8)
@@ -37,8 +37,6 @@ SLOWER = 10.0
 """What takes so many times the best time is stopped."""
 LEAST = 0.02
 """s, given to every method."""
-TARGET = 1.5
-"""auto over the best method."""
 
 
 @dataclass(frozen=True)
@@ -107,21 +105,6 @@ def measure(task: Task, methods: Sequence[str], limit: float) -> Row:
     return row | {"auto_status": status, "auto_reason": reason}
 
 
-def summary(table: list[Row], half: str) -> str:
-    part = [row for row in table if row["half"] == half]
-    methods, feasible = targets.feasible(table, half)
-    if not feasible:
-        return f"profile, {half}: nothing"
-    ratios = np.array([targets.ratio(row, "auto", methods) for row in feasible])
-    alone = sum(bool(row["auto"]) for row in part) - int(np.isfinite(ratios).sum())
-    return (
-        f"profile, {half}: {len(part)} solves, {len(feasible)} that a method does; auto over the best: "
-        f"within {TARGET} {100 * np.mean(ratios <= TARGET):.0f} %, median {np.median(ratios):.2f}, 90 % "
-        f"{np.quantile(ratios, 0.9, method='lower'):.2f}; fails {np.isinf(ratios).sum()}, "
-        f"alone solves {alone}"
-    )
-
-
 def corpus_of(options: argparse.Namespace) -> Path:
     """The folder of the corpus; made where it is not there, one of --corpus of the sequences of --only."""
     folder: Path = options.corpus or (SAMPLE / "corpus" if options.quick else FOLDER)
@@ -167,7 +150,7 @@ def main() -> None:
     given = options.methods, options.limit
     table = fill(options.out / "profile.csv", wanted, lambda task: [measure(task, *given)])
     for half in ("tuning", "held-out"):
-        print(summary(table, half))
+        print(f"{half}:\n{profile(table, half)}")
 
 
 if __name__ == "__main__":

@@ -20,19 +20,7 @@ import numpy as np
 from common import ROOT, Row, arguments, fill, with_folders
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))
-from measures import (
-    SMOOTH,
-    bounce_heights,
-    drive,
-    energies,
-    energy_loss,
-    impact,
-    rolling_ellipsoid,
-    rotation,
-    run,
-    simulate,
-    stand,
-)
+import measures as m
 from units import ratio_of_motion
 
 G = 9.81
@@ -58,31 +46,31 @@ Figures = Iterator[Figure]
 def sliding_cube(scale: float) -> Figures:
     v, mu = 6.0, 0.5
     for h in (1e-2, 5e-3, 1e-3):
-        sim = simulate("sliding_cube", {"speed": v, "mu": mu}, dt=h)
+        sim = m.simulate("sliding_cube", {"speed": v, "mu": mu}, dt=h)
         z = [sim.state.positions[0, 2]]
-        run(sim, 1.5, lambda s, _, z=z: z.append(s.state.positions[0, 2]))
+        m.run(sim, 1.5, lambda s, _, z=z: z.append(s.state.positions[0, 2]))
         error = abs(sim.state.positions[0, 0] - v * v / (2 * mu * G))
         claim = f"cube at 6 m/s, mu 0.5, h {h * 1e3:g} ms"
         yield Figure(claim, "lift", max(z) - z[0], 1e-9, "m")
         yield Figure(claim, "error of the stopping distance", error, 0.51 * v * h, "m")
-    sim = simulate("sliding_cube", {"speed": v, "mu": mu}, law="associated", dt=1e-3)
+    sim = m.simulate("sliding_cube", {"speed": v, "mu": mu}, law="associated", dt=1e-3)
     z = [sim.state.positions[0, 2]]
-    run(sim, 0.5, lambda s, _: z.append(s.state.positions[0, 2]))
+    m.run(sim, 0.5, lambda s, _: z.append(s.state.positions[0, 2]))
     hop = (mu * v / (1 + mu**2)) ** 2 / (2 * G)
     yield Figure("cube under associated", "hop less 0.294 m", abs(max(z) - z[0] - hop), 2.4e-3, "m")
 
 
 def ramp(scale: float) -> Figures:
-    sim = simulate("incline", {"angle": 10.0, "mu": 0.5}, dt=1e-2)
-    run(sim, 0.1)
+    sim = m.simulate("incline", {"angle": 10.0, "mu": 0.5}, dt=1e-2)
+    m.run(sim, 0.1)
     start, duration = np.array(sim.state.positions[0]), 10.0
-    run(sim, duration)
+    m.run(sim, duration)
     creep = float(np.linalg.norm(sim.state.positions[0] - start)) / duration
     yield Figure("block on a 10 degree ramp, mu 0.5, h 10 ms, 10 s", "creep", creep, 1e-12, "m/s")
     mu, h = 0.5, 5e-3
     angle = math.atan(mu) + math.radians(0.5)
-    sim = simulate("incline", {"angle": math.degrees(angle), "mu": mu}, dt=h)
-    run(sim, 1.0)
+    sim = m.simulate("incline", {"angle": math.degrees(angle), "mu": mu}, dt=h)
+    m.run(sim, 1.0)
     a = G * (math.sin(angle) - mu * math.cos(angle))
     error = abs(np.linalg.norm(sim.state.linear_velocities[0]) - a)
     yield Figure(
@@ -92,7 +80,7 @@ def ramp(scale: float) -> Figures:
 
 def plates(scale: float) -> Figures:
     for ratio in (1.0, 1e2, 1e4, 1e6):
-        result = stand(simulate("plates", {"ratio": ratio}, dt=1e-2), 10.0 * scale)
+        result = m.stand(m.simulate("plates", {"ratio": ratio}, dt=1e-2), 10.0 * scale)
         claim = f"B3, 20 plates 1:{ratio:g}, h 10 ms, {10 * scale:g} s"
         limit = math.inf if ratio > 1e4 else 1.0  # 1e6 is shown, not claimed
         yield Figure(claim, "force error", result.force_error, 1e-4 * limit)
@@ -101,9 +89,9 @@ def plates(scale: float) -> Figures:
 
 def wall(scale: float) -> Figures:
     duration = 5.0 * scale
-    sim = simulate("wall_at_rest")
+    sim = m.simulate("wall_at_rest")
     start = np.array(sim.state.positions)
-    reports = run(sim, duration)
+    reports = m.run(sim, duration)
     moved = np.linalg.norm(sim.state.positions - start, axis=1).max()
     claim = f"B4 at rest, {duration:g} s"
     yield Figure(claim, "largest displacement", moved, 1e-4, "m")
@@ -112,7 +100,7 @@ def wall(scale: float) -> Figures:
         claim, "wall clock per step", sum(r.timings.total for r in reports) / len(reports), math.inf, "s"
     )
     duration = 0.8 if scale == 1 else 0.4  # the ball strikes after 0.385 s
-    result = impact(simulate("wall"), duration)
+    result = m.impact(m.simulate("wall"), duration)
     claim = f"B4 impact, h 5 ms, {duration:g} s"
     yield Figure(claim, "momentum error of a step", float(result.momentum_error), 1e-6)
     yield Figure(claim, "energy growth of a step", float(result.energy_growth), 1e-6)
@@ -124,7 +112,7 @@ def wall(scale: float) -> Figures:
 
 def chain(scale: float) -> Figures:
     duration = 5.0 * scale
-    reports = run(simulate("chain", dt=5e-3), duration)
+    reports = m.run(m.simulate("chain", dt=5e-3), duration)
     claim = f"chain of 100 links, 1000:1, h 5 ms, {duration:g} s"
     yield Figure(claim, "joint error", max(r.joint_error for r in reports), 1e-4, "m")
 
@@ -133,7 +121,7 @@ def ball(scale: float) -> Figures:
     """Dropped by 1 m it rises by e^2 m, or more: its step begins up to v h above the floor."""
     for e in (1.0, 0.9, 0.5):
         for h in (5e-3, 1e-3):
-            heights = bounce_heights(e, h, 1.3)
+            heights = m.bounce_heights(e, h, 1.3)
             low = int(np.argmin(heights[: round(0.7 / h)]))
             claim = f"ball with restitution {e:g}, h {h * 1e3:g} ms"
             limit = (1 - e * e) * math.sqrt(2 * G) * h + G * h * h / 8 + 1e-9
@@ -142,9 +130,9 @@ def ball(scale: float) -> Figures:
 
 def four_bar(scale: float) -> Figures:
     duration = 100.0 * scale
-    sim = simulate("four_bar", {"driven": False, "gravity": 0.0})
+    sim = m.simulate("four_bar", {"driven": False, "gravity": 0.0})
     energies: list[float] = []
-    reports = run(sim, duration, lambda s, r: energies.append(r.energy))
+    reports = m.run(sim, duration, lambda s, r: energies.append(r.energy))
     errors = np.array([r.joint_error for r in reports])
     tenth = len(errors) // 10
     claim = f"four-bar, conservative, {duration:g} s"
@@ -157,12 +145,12 @@ def four_bar(scale: float) -> Figures:
 
 
 def smooth(scale: float) -> Figures:
-    for name, made in SMOOTH.items():
+    for name, made in m.SMOOTH.items():
         claim = f"{name} under gravity, h 5 ms, {10 * scale:g} s"
         yield Figure(
-            claim, "energy lost or gained, of the peak", abs(energy_loss(made(5e-3), 10 * scale)), 1e-3
+            claim, "energy lost or gained, of the peak", abs(m.energy_loss(made(5e-3), 10 * scale)), 1e-3
         )
-    total, _ = energies(rolling_ellipsoid(1e-2), 5 * scale)
+    total, _ = m.energies(m.rolling_ellipsoid(1e-2), 5 * scale)
     claim = f"rolling ellipsoid, h 10 ms, {5 * scale:g} s"
     yield Figure(claim, "energy kept", float(total[-1] / total[0]), -0.99)
     yield Figure(claim, "largest gain", float(total.max() / total[0] - 1), 1e-6)
@@ -170,15 +158,15 @@ def smooth(scale: float) -> Figures:
 
 def free_body(scale: float) -> Figures:
     duration = 100.0 * scale
-    sim = simulate("free_body")
+    sim = m.simulate("free_body")
     inertia = np.array(sim.model.bodies[0].inertia)
 
     def angular_momentum() -> np.ndarray:
-        R = rotation(sim.state.orientations[0])
+        R = m.rotation(sim.state.orientations[0])
         return R @ inertia @ R.T @ sim.state.angular_velocities[0]
 
     before, spin = angular_momentum(), np.linalg.norm(sim.state.angular_velocities[0])
-    energies = [r.kinetic_energy for r in run(sim, duration)]
+    energies = [r.kinetic_energy for r in m.run(sim, duration)]
     revolutions = spin * duration / (2 * math.pi)
     drift = np.linalg.norm(angular_momentum() - before) / np.linalg.norm(before) / revolutions
     claim = f"free body, {revolutions:.0f} revolutions"
@@ -188,9 +176,9 @@ def free_body(scale: float) -> Figures:
 
 
 def cradle(scale: float) -> Figures:
-    sim = simulate("newtons_cradle")
+    sim = m.simulate("newtons_cradle")
     energies: list[float] = []
-    run(sim, 5.0 * scale, lambda s, r: energies.append(r.energy))
+    m.run(sim, 5.0 * scale, lambda s, r: energies.append(r.energy))
     mass = sim.model.bodies[0].mass
     fall = mass * G * 0.5 * (1 - math.cos(math.radians(40)))
     claim = f"cradle, e = 1, {5 * scale:g} s"
@@ -211,9 +199,9 @@ def units(scale: float) -> Figures:
 
 
 def vehicle(scale: float) -> Figures:
-    sim = simulate("tracked_vehicle")
+    sim = m.simulate("tracked_vehicle")
     duration = 9.5 if scale == 1 else 1.0
-    result = drive(sim, duration)
+    result = m.drive(sim, duration)
     claim = f"tracked vehicle over 24 slabs, h 5 ms, {duration:g} s"
     yield Figure(claim, "distance", result.distance, -20.0 if scale == 1 else math.inf, "m")
     yield Figure(claim, "lost shoes", result.lost_shoes, 0)

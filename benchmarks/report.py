@@ -131,12 +131,12 @@ def methods(r: Results, link: str) -> str:
     return "\n\n".join(parts)
 
 
-def profile(rows: Rows) -> str:
-    """On the held-out half of the corpus, how often auto and each method alone are near the best method."""
+def profile(rows: Rows, half: str = "held-out") -> str:
+    """On a half of the corpus, how often auto and each method alone are near the best method."""
     lines = []
-    methods, rows = feasible(rows, "held-out")
+    methods, rows = feasible(rows, half)
     for method in ("auto", *methods):
-        ratios = sorted(ratio(row, method, methods) for row in rows)
+        ratios = sorted(ratio(row, method, methods) for row in rows) or [math.nan]
         within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
         middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
         failed = f"{sum(not row[method] for row in rows)}"

@@ -159,19 +159,15 @@ FAULTS: tuple[tuple[str, Callable[[Row], bool]], ...] = (
     (f"a step gains more than {100 * GAIN:g} % of the energy's scale", above("energy_gain_relative", GAIN)),
     (f"free motion further off than {ERRORS:g} errors of the step", above("free_in_errors", ERRORS)),
     (f"joints apart by more than {APART:g} lengths", above("joint_error_relative", APART)),
-    (
-        "keyframes that fail or are another pose",
-        lambda r: bool(r.get("keyframes_failed")) or above("keyframe_in_lengths", SAME)(r),
-    ),
+    ("keyframes that fail or are another pose",
+     lambda r: bool(r.get("keyframes_failed")) or above("keyframe_in_lengths", SAME)(r)),
     (f"keyframes: more than {MISSED:g} % of the steps missed", above("keyframe_missed_percent", MISSED)),
-    (
-        f"driven: more than {MISSED:g} % of the steps missed, or stopped",
-        lambda r: bool(r.get("driven_stopped")) or above("driven_missed_percent", MISSED)(r),
-    ),
+    (f"driven: more than {MISSED:g} % of the steps missed, or stopped",
+     lambda r: bool(r.get("driven_stopped")) or above("driven_missed_percent", MISSED)(r)),
     (f"driven: joints apart by more than {APART:g} lengths", above("driven_joint_error", APART)),
     (f"driven: a step gains more than {100 * GAIN:g} %", above("driven_gain_relative", GAIN)),
     ("free motion not compared", lambda r: r["outcome"] == "finished" and not r.get("compared")),
-)
+)  # fmt: skip
 """What no model should do."""
 
 

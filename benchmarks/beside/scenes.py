@@ -136,26 +136,17 @@ def bridge(*, planks: int = 30, ratio: float = 1000.0, sag: float = 0.5) -> amon
         tilt = -math.atan2(along[2], along[0])
         size = (0.45 * length, 0.4, thickness)
         plank = b.add_body(
-            f"plank {i}",
-            position=tuple((pins[i] + pins[i + 1]) / 2),
-            orientation=about_y(tilt),
-            shape=Box(size),
-            density=2.0 / (8 * size[0] * size[1] * size[2]),
-            material=material,
-        )
+            f"plank {i}", position=tuple((pins[i] + pins[i + 1]) / 2), orientation=about_y(tilt),
+            shape=Box(size), density=2.0 / (8 * size[0] * size[1] * size[2]), material=material,
+        )  # fmt: skip
         b.add_revolute_joint(plank, below, point=tuple(pins[i]), axis=(0, 1, 0), name=f"pin {i}")
         below = plank
     b.add_revolute_joint(below, None, point=tuple(pins[-1]), axis=(0, 1, 0), name="end")
     ball = 0.4
     # With an even number of planks the ball lies on the two in the middle, which it touches in their faces.
     lowest = pins[:, 2].min() + thickness + ball + 2e-3
-    b.add_body(
-        "ball",
-        position=(0.0, 0.0, lowest),
-        shape=Sphere(ball),
-        density=2.0 * ratio / (4 / 3 * math.pi * ball**3),
-        material=material,
-    )
+    weight = 2.0 * ratio / (4 / 3 * math.pi * ball**3)
+    b.add_body("ball", position=(0.0, 0.0, lowest), shape=Sphere(ball), density=weight, material=material)
     return b.build()
 
 

@@ -147,14 +147,10 @@ def _tolerances(text: str) -> dict[str, float]:
 
 
 _NAMES = {
-    "QUNIT": Rotation.identity(),
-    "CH_PI": np.pi,
-    "CH_PI_2": np.pi / 2,
-    "CH_PI_4": np.pi / 4,
-    "ChVector3d": lambda *x: np.array(x, dtype=float),
-    "ChCoordsys": lambda p, r: (p, r),
+    "QUNIT": Rotation.identity(), "CH_PI": np.pi, "CH_PI_2": np.pi / 2, "CH_PI_4": np.pi / 4,
+    "ChVector3d": lambda *x: np.array(x, dtype=float), "ChCoordsys": lambda p, r: (p, r),
     **{f"QuatFromAngle{axis}": lambda a, axis=axis: Rotation.from_euler(axis.lower(), a) for axis in "XYZ"},
-}
+}  # fmt: skip
 
 
 def _arguments(text: str, start: int) -> list[Any]:
@@ -163,11 +159,7 @@ def _arguments(text: str, start: int) -> list[Any]:
     while depth:
         depth += {"(": 1, ")": -1}.get(text[end], 0)
         end += 1
-    source = (
-        re.sub(r"<>|\s+", " ", text[start : end - 1])
-        .replace("::", ".")
-        .replace("ChCoordsys (", "ChCoordsys(")
-    )
+    source = re.sub(r"<>|\s+", " ", text[start : end - 1]).replace("::", ".")
     tuple_of = ast.parse(f"({source},)", mode="eval").body
     assert isinstance(tuple_of, ast.Tuple)
     return [_value(node) for node in tuple_of.elts]
@@ -226,25 +218,15 @@ def _spring(call: Call) -> Mechanism:
     return {"part": part}, {"spring": Connection("spring", "part", "", point, rotation, ground, numbers)}
 
 
-FROM_CALL = {
-    "LinActuator": _actuator,
-    "RevSpherical": _revolute_spherical,
-    "RotSpring": _rotational_spring,
-    "TranSpring": _spring,
-}
+FROM_CALL = {"LinActuator": _actuator, "RevSpherical": _revolute_spherical,
+             "RotSpring": _rotational_spring, "TranSpring": _spring}  # fmt: skip
 """Kinds of cases that have no model of Adams here, or one of another case under their name."""
 
 
 # ---- models of Adams -----------------------------------------------------------------------------------
 
-JOINTS = {
-    "REVOLUTE": "revolute",
-    "CYLINDRICAL": "cylindrical",
-    "TRANSLATIONAL": "prismatic",
-    "SPHERICAL": "ball",
-    "HOOKE": "universal",
-    "RACKPIN": "rack",
-}
+JOINTS = {"REVOLUTE": "revolute", "CYLINDRICAL": "cylindrical", "TRANSLATIONAL": "prismatic",
+          "SPHERICAL": "ball", "HOOKE": "universal", "RACKPIN": "rack"}  # fmt: skip
 
 
 def read_adm(text: str) -> Mechanism:
