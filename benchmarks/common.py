@@ -50,36 +50,32 @@ def arguments(description: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def begin(options: argparse.Namespace) -> argparse.Namespace:
-    """The options with folders; from here on this process is on one core, and steps give no warnings."""
-    if not use_one_core():
+def begin(options: argparse.Namespace, **how: Any) -> argparse.Namespace:
+    """The options with folders; from here on this process, with every thread it starts, is on one core, and
+    steps give no warnings."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    else:
         print("this system cannot bind a process to a core; times may include other cores")
     warnings.simplefilter("ignore", amontons.StepWarning)  # the tables have the residuals
-    return with_folders(options)
+    return with_folders(options, **how)
 
 
-def with_folders(options: argparse.Namespace) -> argparse.Namespace:
-    """Fills in the folders, and `complete`: whether the run renews the committed results and figures.
+def with_folders(
+    options: argparse.Namespace, *, sample: bool = False, home: Path = TABLES,
+    needs: Sequence[str] = ("fclib", "chrono"),
+) -> argparse.Namespace:  # fmt: skip
+    """Fills in the folders, and `complete`: whether the run renews the committed figures and results (home).
 
     A sample, a run without the data or one with an --out of its own leaves those alone.
     """
-    has_data = all((options.data / part).is_dir() for part in ("fclib", "chrono"))
-    options.complete = has_data and not options.quick and options.out is None
-    if options.figures is None:
-        options.figures = FIGURES if options.complete else options.out or SAMPLE
-    if options.out is None:
-        options.out = TABLES if options.complete else SAMPLE
+    has_data = all((options.data / part).is_dir() for part in needs)
+    options.complete = has_data and not (options.quick or sample) and options.out is None
+    options.figures = options.figures or (FIGURES if options.complete else options.out or SAMPLE)
+    options.out = options.out or (home if options.complete else SAMPLE)
     options.out.mkdir(parents=True, exist_ok=True)
     options.figures.mkdir(parents=True, exist_ok=True)
     return options
-
-
-def use_one_core() -> bool:
-    """Keeps this process, with every thread it starts, on one core; False where the system cannot."""
-    if not hasattr(os, "sched_setaffinity"):
-        return False
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    return True
 
 
 def random_controls(model: amontons.Model, rng: np.random.Generator) -> dict[str, float]:

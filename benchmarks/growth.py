@@ -25,7 +25,7 @@ from beside.engine import Engine, Timed
 from beside.engine import engines as installed
 from beside.plain import Unsupported
 from beside.scenes import plain
-from common import SAMPLE, Row, arguments, begin, fill
+from common import Row, arguments, begin, fill
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""
@@ -133,9 +133,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="*", default=[], help="families whose names contain one of these")
     options = parser.parse_args()
-    if options.only:  # not the run whose results are kept
-        options.out = options.out or SAMPLE
-    begin(options)
+    begin(options, sample=bool(options.only))
 
     def rows(family: Family) -> Iterator[Row]:
         chosen = list(engines())

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from common import TABLES, Row, arguments, fill, with_folders
+from common import Row, arguments, fill, with_folders
 from measured import adams, clearances, damper, four_bar, impacts, masonry, tosses
 
 PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
@@ -30,10 +30,7 @@ PARTS: dict[str, tuple[str, Callable[[Path, bool], Iterator[Row]]]] = {
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
-    options = parser.parse_args()
-    if options.out is None and not options.quick:  # it needs neither fclib nor chrono
-        options.out = TABLES
-    options = with_folders(options)
+    options = with_folders(parser.parse_args(), needs=())
     for name in options.only:
         folder, rows = PARTS[name]
         path = options.data / "measured" / folder

@@ -127,10 +127,8 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--every", type=int, help="take every so many step (default: 6)")
     parser.add_argument("--only", nargs="*", default=[], help="steps whose names contain one of these")
     options = parser.parse_args()
-    # Not the run whose results are kept.
-    if options.corpus or options.half != "both" or options.only or options.every or options.limit:
-        options.out = options.out or SAMPLE
-    begin(options)
+    part = (options.corpus, options.half != "both", options.only, options.every, options.limit)
+    begin(options, sample=any(part))
     options.every = options.every or (10 if options.quick else 6)
     options.limit = options.limit or (0.3 if options.quick else 0.5)
     return options

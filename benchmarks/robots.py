@@ -54,7 +54,7 @@ from typing import Any
 
 import amontons
 import amontons.scenes
-from common import SAMPLE, Row, arguments, fill, with_folders
+from common import Row, arguments, fill, with_folders
 from robot import falls
 
 HERE = Path(__file__).resolve().parent
@@ -208,9 +208,7 @@ def main() -> int:
     options = parser.parse_args()
     ours = options.folder is None
     kept = ours and not (options.only or options.duration or options.dt or options.trees == "none")
-    if not kept:
-        options.out = options.out or SAMPLE
-    with_folders(options)
+    with_folders(options, sample=not kept)
     options.folder = (options.data / "robots" if ours else options.folder).resolve()
     options.duration = options.duration or (0.2 if options.quick else 2.0)
     options.limit = options.limit or (20.0 if options.quick else 60.0)

@@ -35,7 +35,7 @@ import amontons
 import amontons.scenes
 import numpy as np
 from amontons.shapes import Box, Cylinder, HeightField, Hull, Plane, Shape, Sphere
-from common import ROOT, SAMPLE, arguments, random_controls, read_csv, told, with_folders, write_csv
+from common import ROOT, arguments, random_controls, read_csv, told, with_folders, write_csv
 
 PROGRAM = ROOT / "build" / "python" / "benchmarks" / "step_work"
 QUICK = 5
@@ -326,9 +326,7 @@ def main() -> None:
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--beside", type=Path, metavar="CSV", help="an earlier run to compare with")
     options = parser.parse_args()
-    if options.only or options.files or options.functions:  # not the run whose results are kept
-        options.out = options.out or SAMPLE
-    with_folders(options)
+    with_folders(options, sample=bool(options.only or options.files or options.functions))
     missing = [p for p in ("valgrind", "callgrind_annotate", options.program) if not shutil.which(p)]
     if missing:
         print(f"step_work: skipped, there is no {missing[0]}; install valgrind, build the target step_work")

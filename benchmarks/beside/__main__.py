@@ -29,7 +29,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from common import FIGURES, RESULTS, SAMPLE, arguments, begin, read_csv, tracked, write_csv
+from common import RESULTS, arguments, begin, read_csv, tracked, write_csv
 from figures import beside as draw
 
 from .compete import REFERENCE, checked, compete, shown
@@ -85,11 +85,7 @@ def main() -> int:
     for wanted in options.scenes:
         if not any(key.startswith(wanted) for key in keys_of_scenes):
             parser.error(f'no scene begins with "{wanted}": there are {", ".join(keys_of_scenes)}')
-    if options.check:  # not the run whose results are kept
-        options.out = options.out or SAMPLE
-    if not (options.quick or options.out):
-        options.out, options.figures = RESULTS / "beside", options.figures or FIGURES
-    begin(options)
+    begin(options, sample=bool(options.check), home=RESULTS / "beside", needs=())
     limit = options.limit or (QUICK_LIMIT if options.quick else LIMIT)
     chosen = [c for c in every if c.quick or options.scenes or not options.quick]
     chosen = [c for c in chosen if not options.scenes or c.key.startswith(tuple(options.scenes))]

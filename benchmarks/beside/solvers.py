@@ -136,11 +136,7 @@ def rows_of(name: str, problem: amontons.vi.Problem, siconos: Siconos) -> Iterat
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--only", choices=("files", "steps"), help="renews the rows of these alone")
-    options = parser.parse_args()
-    named = options.out
-    options = begin(options)
-    if options.complete and named is None:
-        options.out = RESULTS / "beside"
+    options = begin(parser.parse_args(), home=RESULTS / "beside")
     python = interpreter()
     if python is None:
         print("solvers: skipped, Siconos is not installed (python3-siconos)")
