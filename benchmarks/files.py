@@ -38,13 +38,12 @@ def accuracy(path: Path, problem: amontons.vi.Problem, reference: Row) -> list[R
             "status": s.status, "method": s.method, "residual": s.residual, "iterations": s.iterations,
             "products": s.products, "factorizations": s.factorizations, "time": s.time,
         }  # fmt: skip
-        # The references are those of the associated law.
-        known = law == "associated" and "associated_objective" in reference
-        objective = reference["associated_objective"] if known else None
         row["objective"] = s.objective
-        row["reference"] = "" if objective is None else float(objective)
-        row["reference_error"] = "" if objective is None else float(reference["associated_error"])
-        row["relative_difference"] = "" if not objective else (s.objective - objective) / abs(objective)
+        # The references are those of the associated law.
+        if law == "associated" and "associated_objective" in reference:
+            objective = float(reference["associated_objective"])
+            row |= {"reference": objective, "reference_error": float(reference["associated_error"])}
+            row["relative_difference"] = (s.objective - objective) / abs(objective) if objective else ""
         rows.append(row)
     return rows
 

@@ -28,12 +28,12 @@ from time import perf_counter
 
 import figures
 from amontons.report.health import machine, versions
-from common import DATA, ROOT, TABLES, Row, arguments, read_csv, with_folders, write_csv
+from common import RESULTS, ROOT, TABLES, Row, arguments, read_csv, with_folders, write_csv
 from report import AGAINST, renew_documents
 from targets import targets
 from views import Results
 
-HERE = Path(__file__).resolve().parent
+HERE, BESIDE = Path(__file__).resolve().parent, RESULTS / "beside"
 MODULES = ("clarabel", "mujoco")
 """Beside those that the package needs."""
 COUNTED = (
@@ -53,8 +53,8 @@ class Part:
     """minutes, after which it is ended"""
     by_name: bool = False
     """it runs with --only alone"""
-    out: bool = False
-    """its options make it a sample, unless it is told where its results are kept"""
+    home: Path = TABLES
+    """where its results are kept"""
 
 
 def program(name: str, *tables: str, limit: float = 10, words: tuple[str, ...] = ()) -> Part:
@@ -62,7 +62,7 @@ def program(name: str, *tables: str, limit: float = 10, words: tuple[str, ...] =
 
 
 PARTS = (
-    Part("beside", ("-m", "beside", "--engines", "amontons", "mujoco"), ("beside",), 15),
+    Part("beside", ("-m", "beside", "--engines", "amontons", "mujoco"), ("beside",), 15, home=BESIDE),
     program("simulation", limit=12),
     program("files", "files", "clarabel"),
     program("steps", "steps", "methods"),
@@ -75,17 +75,17 @@ PARTS = (
     Part("forms", ("robots.py", "--trees", "both"), ("robots_forms",), 15),
     Part("fall", ("robots.py", "--fall", "--limit", "15"), ("robots_fall",), 15),
     Part("scenes", ("robots.py", "--trees", "both", "--scenes", "--duration", "0.4", "--limit", "120"),
-         ("scenes_forms",), 10, out=True),
+         ("scenes_forms",), 10),
     Part("large", ("robots.py", "--fall", "--trees", "both", "--limit", "10"), ("robots_large",), 10),
     program("orders"),
     program("measurements", *(f"measured_{name}" for name in AGAINST), limit=20),
     Part("pictures", ("figures.py", "--only", "convergence", "arch"), (), 10),
     program("physics", limit=30),
     Part("step_work", ("step_work.py", "--only", *COUNTED, "--steps", "20"), ("step_work",), 90,
-         by_name=True, out=True),
-    Part("others", ("-m", "beside"), ("beside",), 90, by_name=True),
-    Part("times", ("-m", "beside", "--renew-times"), ("beside",), 30, by_name=True),
-    Part("solvers", ("-m", "beside.solvers"), ("solvers",), 60, by_name=True),
+         by_name=True),
+    Part("others", ("-m", "beside"), ("beside",), 90, by_name=True, home=BESIDE),
+    Part("times", ("-m", "beside", "--renew-times"), ("beside",), 30, by_name=True, home=BESIDE),
+    Part("solvers", ("-m", "beside.solvers"), ("solvers",), 60, by_name=True, home=BESIDE),
     Part("sensitivity", ("sensitivity.py", "--starts", "2", "--seconds", "2"), ("sensitivity",), 60,
          by_name=True),
 )  # fmt: skip
@@ -131,16 +131,12 @@ def run_part(part: Part, options: Namespace, limit: float) -> None:
     """OSError or SubprocessError where it fails."""
     if not part.command:
         return run_kernel(options, limit)
-    folders = {"--data": options.data, "--out": options.out, "--figures": options.figures}
-    if options.complete:  # each knows where its own results are kept
-        folders = ({"--data": options.data} if options.data != DATA else {}) | (
-            {"--out": TABLES} if part.out else {}
-        )
-    words = [str(word) for pair in folders.items() for word in pair] + ["--quick"] * options.quick
-    if not part.tables:
-        words = ["--figures", str(options.figures)]
+    out = part.home if options.complete else options.out
+    words = ["--figures", options.figures]
+    if part.tables:
+        words += ["--data", options.data, "--out", out, *["--quick"] * options.quick]
     # In a process of its own: it binds itself to one core, which the kernel's threads must not be.
-    subprocess.run([sys.executable, *part.command, *words], cwd=HERE, check=True, timeout=limit)
+    subprocess.run([sys.executable, *part.command, *map(str, words)], cwd=HERE, check=True, timeout=limit)
     return None
 
 

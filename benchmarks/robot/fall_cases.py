@@ -156,15 +156,6 @@ def pyramid(levels: int, half: float, at: tuple[float, float], mass: float) -> s
     )  # fmt: skip
 
 
-def wheels_and_pile() -> str:
-    """The quadruped falls beside a pyramid of 30 boxes, which touches the wheels of one side."""
-    return wheels(pyramid(4, 0.06, (0.0, 0.53), 0.5))
-
-
-def pad_and_pile() -> str:
-    return pad_over(pyramid(4, 0.025, (0.0, 0.0), 0.05), ".21", "-.05 .1")
-
-
 def puzzle_cube() -> str:
     """3 x 3 x 3 parts that touch: six on hinges, twenty on ball joints about the centre."""
     parts = '<geom type="sphere" size=".01" contype="0" conaffinity="0" mass=".02"/>'
@@ -209,10 +200,6 @@ def gripper() -> str:
     return model(hand + stack + loose, drives)
 
 
-def pad() -> str:
-    return pad_over(free((0.005, 0.003, 0.0501), box((0.05, 0.05, 0.05), 0.3)), ".3", "-.25 0")
-
-
 def pad_over(what: str, height: str, lift: str) -> str:
     """A pad on two slides, so high (m) and moved so far (m), that holds by adhesion what is below."""
     arm = (
@@ -248,9 +235,13 @@ def cards(levels: int = 4) -> str:
 
 TEXTS = {
     "quadruped on wheels": wheels, "puzzle cube": puzzle_cube, "gripper over parts": gripper,
-    "box held by adhesion": pad, "house of cards": cards,
+    "box held by adhesion": lambda: pad_over(
+        free((0.005, 0.003, 0.0501), box((0.05, 0.05, 0.05), 0.3)), ".3", "-.25 0"),
+    "house of cards": cards,
 }  # fmt: skip
 LARGE = {
-    "puzzle cube": puzzle_cube, "quadruped on wheels": wheels, "quadruped against a pile": wheels_and_pile,
-    "pile under an adhesive pad": pad_and_pile,
+    "puzzle cube": puzzle_cube, "quadruped on wheels": wheels,
+    # A pyramid of 30 boxes touches the wheels of one side.
+    "quadruped against a pile": lambda: wheels(pyramid(4, 0.06, (0.0, 0.53), 0.5)),
+    "pile under an adhesive pad": lambda: pad_over(pyramid(4, 0.025, (0.0, 0.0), 0.05), ".21", "-.05 .1"),
 }  # fmt: skip
