@@ -67,7 +67,7 @@ def products(draw):
 
 
 # min |p - x|^2 over K. Some 20 sets per example, so 400 examples are some 8000 projections.
-@settings(max_examples=1000)
+@settings(max_examples=400)
 @given(products())
 def test_projection_is_the_nearest_point(case):
     try:

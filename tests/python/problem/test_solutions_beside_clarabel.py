@@ -93,7 +93,7 @@ def reference(problem, b):
 # The methods that must solve everything: any rank, any friction, any cones. Breaks for a wrong solution as
 # well as for one that is not reached. Where bodies are over-constrained a tiny mu still matters, as x_n may
 # grow like 1 / mu: Clarabel is no reference below 1e-3.
-@settings(max_examples=800, derandomize=True)
+@settings(max_examples=400, derandomize=True)
 @given(problems(st.one_of(st.sampled_from(MU), st.floats(1e-3, 10))))
 def test_second_order_methods_find_the_minimum(problem):
     value, size = reference(problem, problem.b)
@@ -108,7 +108,7 @@ def test_second_order_methods_find_the_minimum(problem):
 # Under coulomb a solution x solves the convex problem whose b holds the De Saxce term of x: Clarabel must
 # not find less. No method is sure to converge there; the worst that over-constrained bodies with much
 # friction may leave is bounded.
-@settings(max_examples=500, derandomize=True)
+@settings(max_examples=250, derandomize=True)
 @given(problems(st.one_of(st.sampled_from([0.0, 0.3, 1.0]), st.floats(1e-3, 1))))
 def test_coulomb_solutions_solve_their_own_convex_problem(problem):
     s = problem.solve(law="coulomb", tolerance=1e-9)
