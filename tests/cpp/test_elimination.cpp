@@ -310,6 +310,48 @@ TEST(contacts_that_jam_are_solved) {
   CHECK(solved >= 95);
 }
 
+// Joints that dry friction holds where they touch their limits, with gaps of up to 1e-7: no velocity is zero
+// for the friction and closes the gap, so that the two faces contradict each other. Breaks when Newton's steps
+// share the force between them freely: then 38 of these islands take more than 8 factorisations.
+TEST(friction_that_holds_a_joint_at_its_limit) {
+  int hard = 0;
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    small::Random random(seed);
+    ContactSystem A;
+    SetProduct K;
+    Vector held;  // by friction; limits carry nothing
+    for (Index i = 0; i < 2; ++i) {
+      small::add_body(A, 1, {1, 1, 1});
+      for (int k = 0; k < 4; ++k) {
+        JacobianRow row{i, i - 1, {}, {}};
+        for (double& r : row.a) r = random.normal();
+        if (i > 0)
+          for (double& r : row.b) r = random.normal();
+        A.jacobian.insert(A.jacobian.end(), 2, row);
+        A.compliance.insert(A.compliance.end(), 2, 0.0);
+        K.add_each<Interval>(Vector{-1}, Vector{1});
+        K.add_count<NonNegative>(1);
+        held.insert(held.end(), {random.uniform(-0.9, 0.9), 0.0});
+      }
+    }
+    // What these impulses stop, and a load that has changed since.
+    Vector b(A.rows());
+    A.product(held, b);
+    const Vector load = small::row_velocities(A, random.vector(12));
+    for (std::size_t i = 0; i < b.size(); ++i)
+      b[i] = 0.01 * load[i] - b[i] + (i % 2 ? 1e-7 * random.uniform(0, 1) : 0);
+    const Problem p = make_problem(std::move(A), std::move(b), std::move(K));
+    Options options;
+    options.x0 = held;
+    Elimination memory;
+    Solution s;
+    CHECK(memory.solve(p, options, small::no_limit, s));
+    CHECK(s.status == Status::converged);
+    hard += s.factorizations > 8;
+  }
+  CHECK(hard <= 16);
+}
+
 // A rope that runs over bodies of very different mass: an auxiliary body of 1e-7 of the others, whose rows
 // have no compliance. Breaks when the rounding of W is taken for the answer.
 TEST(light_bodies_between_heavy_ones) {

@@ -82,6 +82,24 @@ TEST(conveyor_and_platform_carry_a_box) {
   }
 }
 
+// Bad states are refused by name before anything changes. Breaks when a NaN, a quaternion that is none or an
+// infinite load gets into a step.
+TEST(bad_states_are_named) {
+  ModelDescription d = floor_and_box({}, 0.5);
+  d.bodies[0].name = "crate";
+  Simulation sim = simulate(d);
+  sim.step();
+  const State before = sim.state();
+  sim.state().linear_velocities[0].y = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS(sim.step(), "crate");
+  sim.state() = before;
+  sim.state().orientations[0] = {2, 0, 0, 0};
+  CHECK_THROWS(sim.step(), "unit quaternion");
+  sim.state() = before;
+  sim.state().forces[0].x = infinity;
+  CHECK_THROWS(sim.step(), "external force");
+}
+
 // Each mistake in a model is named. Breaks if a check is dropped.
 TEST(bad_models_are_named) {
   const auto model = [](auto&& spoil) {

@@ -248,20 +248,22 @@ def test_efforts_belong_to_the_start_of_the_step():
     w, h = 2 * math.pi, 1e-3
     sim = simulate("slider_crank", {"speed": w}, dt=h)
     run(sim, 0.1)  # past the start, whose velocities are those of no step
-    efforts, angles = [], []
+    rows = []
 
     def check(s, report):
         effort = s.forces.effort("crank pivot")
         assert effort.time == s.forces.instant.time == pytest.approx(report.time - h, abs=1e-12)
         assert effort.coordinate == pytest.approx(s.forces.instant.q[0], abs=1e-12)
-        efforts.append(effort.motor)
-        angles.append(effort.coordinate)
+        rows.append(
+            (
+                effort.motor,
+                crank_torque(effort.coordinate, w),
+                crank_torque(s.kinematics.coordinate("crank pivot"), w),
+            )
+        )
 
     run(sim, 1.0, check)
-    angles.append(sim.kinematics.coordinate("crank pivot"))
-    expected = np.array([crank_torque(angle, w) for angle in angles])
-    size = abs(expected).max()
-    torque, there, now = np.array(efforts) / size, expected[:-1] / size, expected[1:] / size
+    torque, there, now = np.array(rows).T / abs(np.array(rows)).max()
     assert abs(torque - there).max() < 5e-3
     torque, there, now = ((x[1:] + x[:-1]) / 2 for x in (torque, there, now))
     assert abs(torque - there).max() < 2e-4

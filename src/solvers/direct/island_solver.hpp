@@ -47,7 +47,7 @@ class IslandSolver {
   bool is_unsolved() { return result_.map > limits_.target && has_budget(); }
   void pay();
   void find_faces();
-  bool newton_step();
+  bool newton_step(double proximal);
   void settle();
   void follow_curve();
   bool start_near();
