@@ -296,8 +296,10 @@ def show(rows: list[Row], beside: dict[tuple[str, str], float]) -> None:
         text = f"{cost:.1f}{mujoco}" + (f" ({cost / other:.2f})" if other else "")
         cells.setdefault(part, {})[model] = text
     told(
-        "thousands of instructions per step, ours / MuJoCo's",
-        [name.removesuffix("/scene.xml").split("/")[-1] for name in names],
+        [
+            "thousands of instructions per step, ours / MuJoCo's",
+            *(name.removesuffix("/scene.xml").split("/")[-1] for name in names),
+        ],
         [[part, *(line.get(name, "") for name in names)] for part, line in cells.items()],
     )
 

@@ -40,7 +40,7 @@ STEP = {
         "If rows of joints form a loop that nothing touches, solve again, so that its joints are closed "
         "at the end.",
     ),
-    "balance_of": (
+    "energy_balance": (
         "Check the energy",
         "If the step gains energy, repeat it damped.",
     ),
@@ -128,9 +128,9 @@ def step(root: Path) -> str:
     drawing = Drawing("What happens in a step: " + ", ".join(STEP[name][0] for name in order))
     for number, name in enumerate(order, 1):
         title, text = STEP[name]
-        kind = {"balance_of": "choice", "make_safe": "danger"}.get(name, "plain")
+        kind = {"energy_balance": "choice", "make_safe": "danger"}.get(name, "plain")
         drawing.card(Card(f"{number}  {title}", text.format(**numbers), f"{name}()", kind))
-    drawing.back(order.index("balance_of"), 0)
+    drawing.back(order.index("energy_balance"), 0)
     paths = enumerators(root / "include/amontons/multibody/step/report.hpp", "StepPath")
     same(paths, PATHS, "enum class StepPath")
     drawing.card(Card("Report.path", "The last of these that changed impulses or velocities:", kind="end"))

@@ -311,8 +311,8 @@ TEST(contacts_that_jam_are_solved) {
 }
 
 // Joints that dry friction holds where they touch their limits, with gaps of up to 1e-7: no velocity is zero
-// for the friction and closes the gap, so that the two faces contradict each other. Breaks when Newton's steps
-// share the force between them freely: then 38 of these islands take more than 8 factorisations.
+// for the friction and closes the gap, so that the two faces contradict each other. Breaks when Newton's
+// steps share the force between them freely: then 38 of these islands take more than 8 factorisations.
 TEST(friction_that_holds_a_joint_at_its_limit) {
   int hard = 0;
   for (unsigned seed = 1; seed <= 50; ++seed) {

@@ -12,6 +12,7 @@
 #include "check.hpp"
 #include "joint_scene.hpp"
 #include "multibody/bodies/middle.hpp"
+#include "multibody/step/energy.hpp"
 #include "multibody/step/impacts.hpp"
 #include "multibody/step/lookahead.hpp"
 #include "multibody/step/move_on.hpp"
@@ -279,12 +280,12 @@ TEST(make_safe_takes_out_energy) {
   Stages s(sphere_at(0, -v));
   s.before_solve();
   s.solve();
-  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  s.solved.balance = energy_balance({s.step, s.observed, s.posed, s.solved});
   CHECK(s.solved.balance.holds());
   CHECK_NEAR(s.normal_impulse(), 2 * stop, 1e-8);
   for (double& x : s.solved.solution.x) x *= 3;
   apply_impulses(*s.posed.problem, s.solved.solution.x, s.solved.after = s.observed.free);
-  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  s.solved.balance = energy_balance({s.step, s.observed, s.posed, s.solved});
   CHECK(!s.solved.balance.holds());
   make_safe(s.step, s.clock, s.elimination, s.observed, s.posed, s.solved);
   CHECK(s.solved.balance.holds() && s.solved.path == StepPath::impulses_scaled);
@@ -322,7 +323,7 @@ TEST(add_part_keeps_the_worst_of_both) {
   Stages s(box_at(-1e-4));
   s.before_solve();
   s.solve();
-  s.solved.balance = balance_of(s.step, s.observed, s.posed, s.solved);
+  s.solved.balance = energy_balance({s.step, s.observed, s.posed, s.solved});
   Report report;
   add_part({{}, 0, 2e-3}, s.posed, s.solved, s.options.tolerance, s.sums, report);
   CHECK(report.contacts == 4 && report.status == Status::converged && report.joint_rows == 0);

@@ -126,19 +126,14 @@ void HeldFaces::find_margin(const Problem& problem) {
   });
 }
 
-// Products with unit vectors give A, whatever operator it is. B A is formed in its memory. The column j of a
+// A as a matrix; B A is formed in its memory. The column j of a
 // block of M is e_j - Q (e_j - P^-1 B A e_j). The dense matrix is the limit of the size of a step: its
 // factors take the cube of its rows, once per derivative.
 void HeldFaces::form(const Problem& problem) {
   const auto n = static_cast<Place>(x_.size());
-  Eigen::MatrixXd A(n, n), M(n, n);
-  std::vector<double> unit(x_.size()), column(x_.size());
-  for (Place j = 0; j < n; ++j) {
-    unit[static_cast<std::size_t>(j)] = 1;
-    product(problem.A, unit, column);
-    unit[static_cast<std::size_t>(j)] = 0;
-    A.col(j) = Eigen::Map<const Eigen::VectorXd>(column.data(), n);
-  }
+  const Problem dense = as_matrix(problem);
+  Eigen::MatrixXd A = Eigen::Map<const Eigen::MatrixXd>(std::get<DenseOperator>(dense.A).data.data(), n, n);
+  Eigen::MatrixXd M(n, n);
   for_each_block(K_, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     const auto at = static_cast<Place>(row);
     if constexpr (S::frictional) {

@@ -106,7 +106,7 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
   visited.each(ahead.size(), [&](std::size_t i) { ahead[i] = solved_well ? step.h / (2 * step.kick()) : 0; });
   if (!solved_well) return;
   const Problem& problem = *posed.problem;
-  const SolvedMotion motion{o, solved.after, step.h, step.h * norm(step.model.description().gravity),
+  const SolvedMotion motion{o, solved.after, step.h, step.fall(),
                             step.last > 0 && last_kick > 0 ? step.kick() / last_kick : 0};
   const std::size_t first = problem.rows() - posed.rows.jacobian.size();
   const Islands& graph = problem.graph.islands;

@@ -34,20 +34,20 @@ bool dissipates(const Contact& c) { return !(c.material.compliance > 0); }
 // Whether a joint row can only dissipate. A row over many bodies is several rows over auxiliary bodies, whose
 // work is not counted.
 bool dissipates(const EnergyInput& in, std::size_t i) {
-  const Restraint r = in.rows.restraint[i];
-  const JacobianRow& row = in.rows.jacobian[i];
-  const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(in.start.size());
+  const Restraint r = in.posed.rows.restraint[i];
+  const JacobianRow& row = in.posed.rows.jacobian[i];
+  const bool whole = std::max(row.body_a, row.body_b) < static_cast<Index>(in.o.start.size());
   return whole && (r == Restraint::equality || r == Restraint::inequality ||
-                   in.rows.tags[i].kind == RowKind::friction);
+                   in.posed.rows.tags[i].kind == RowKind::friction);
 }
 
 double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
   double work = 0;
-  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    const Contact& c = in.contacts[i];
+  for (std::size_t i = 0; i < in.o.contacts.size(); ++i) {
+    const Contact& c = in.o.contacts[i];
     const bool passive = dissipates(c);
     if (passive && !driven && c.surface_velocity == Vec3{}) continue;
-    const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
+    const ContactImpulse impulse = to_world(c, &in.solved.solution.x[in.posed.problem->graph.first_row[i]]);
     const auto along = [&](const ContactImpulse& u) {
       return dot(impulse.linear, u.linear) + dot(impulse.angular, u.angular);
     };
@@ -59,13 +59,13 @@ double contacts_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean,
 }
 
 double joints_beyond_bodies(const EnergyInput& in, const MeanVelocities& mean, bool driven) {
-  const std::size_t first = in.problem.rows() - in.rows.tags.size();
+  const std::size_t first = in.posed.problem->rows() - in.posed.rows.tags.size();
   double work = 0;
-  for (std::size_t i = 0; i < in.rows.tags.size(); ++i) {
+  for (std::size_t i = 0; i < in.posed.rows.tags.size(); ++i) {
     const bool passive = dissipates(in, i);
     if (passive && !driven) continue;
-    const JacobianRow& row = in.rows.jacobian[i];
-    work += in.solution.x[first + i] *
+    const JacobianRow& row = in.posed.rows.jacobian[i];
+    work += in.solved.solution.x[first + i] *
             beyond_bodies(passive, row_velocity(row, mean.all), row_velocity(row, mean.moved));
   }
   return work;
@@ -77,27 +77,27 @@ BodyVelocity operator-(const BodyVelocity& v, const BodyVelocity& w) {
 
 // <v, M w> of one body.
 double inner_product(const EnergyInput& in, std::size_t body, const BodyVelocity& v, const BodyVelocity& w) {
-  return in.model.description().bodies[body].mass * dot(v.linear, w.linear) +
-         dot(v.angular, in.frames[body].inertia * w.angular);
+  return in.step.model.description().bodies[body].mass * dot(v.linear, w.linear) +
+         dot(v.angular, in.o.frames[body].inertia * w.angular);
 }
 
 bool in_tree(const EnergyInput& in, std::size_t body) {
-  const auto& trees = std::get<ContactSystem>(in.problem.A).constrained;
+  const auto& trees = std::get<ContactSystem>(in.posed.problem->A).constrained;
   return trees && trees->linkage->number_of(static_cast<Index>(body)) >= 0;
 }
 
 // Impulses act on the spin at the start; the mean spin of the step differs from it by the lag.
 BodyVelocity with_lag(const EnergyInput& in, std::size_t body, const BodyVelocity& v) {
-  return {v.linear, v.angular + in.spins[body].lag};
+  return {v.linear, v.angular + in.o.spins[body].lag};
 }
 
 // Work of all impulses on bodies of trees along the mean velocities: of joints it is zero. The change of
 // their velocities in the metric of the masses of bodies is not the impulse: M of trees has inertias of
 // drives too.
 double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
-  const auto& A = std::get<ContactSystem>(in.problem.A);
+  const auto& A = std::get<ContactSystem>(in.posed.problem->A);
   if (!A.constrained) return 0;
-  const std::span<const double> w = impulses_on_bodies(in.problem, in.solution.x);
+  const std::span<const double> w = impulses_on_bodies(*in.posed.problem, in.solved.solution.x);
   double work = 0;
   for (const Index i : A.constrained->body) {
     const double* at = &w[6 * static_cast<std::size_t>(i)];
@@ -111,29 +111,29 @@ double work_on_trees(const EnergyInput& in, const BodyVelocities& mean) {
 // the rows would agree except for rounding, but for torn joints this sum is only rounding.
 EnergyBalance along_mean(const EnergyInput& in) {
   static thread_local MeanVelocities mean;  // kept: a step allocates nothing
-  mean.all.resize(in.start.size());
-  mean.moved.resize(in.start.size());
+  mean.all.resize(in.o.start.size());
+  mean.moved.resize(in.o.start.size());
   double kinetic = 0, work = 0;
   bool driven = false;
-  in.visited.each(mean.all.size(), [&](std::size_t i) {
-    const BodyVelocity& start = in.start[i];
-    if (!in.model.is_dynamic(static_cast<Index>(i))) {
+  in.step.visited.bodies.each(mean.all.size(), [&](std::size_t i) {
+    const BodyVelocity& start = in.o.start[i];
+    if (!in.step.model.is_dynamic(static_cast<Index>(i))) {
       mean.all[i] = start;
       mean.moved[i] = {};
       driven |= !(start.linear == Vec3{} && start.angular == Vec3{});
       return;
     }
-    const BodyVelocity after = with_lag(in, i, in.after[i]);
+    const BodyVelocity after = with_lag(in, i, in.solved.after[i]);
     mean.all[i] =
         mean.moved[i] = {0.5 * (start.linear + after.linear), 0.5 * (start.angular + after.angular)};
-    if (!in_tree(in, i)) work += inner_product(in, i, mean.all[i], in.after[i] - in.free[i]);
+    if (!in_tree(in, i)) work += inner_product(in, i, mean.all[i], in.solved.after[i] - in.o.free[i]);
     kinetic += 0.5 * (inner_product(in, i, start, start) + inner_product(in, i, after, after));
   });
   work += work_on_trees(in, mean.moved);
-  const double fall = norm_squared(in.dt * in.model.description().gravity);
-  const double recovered = in.recovery * in.recovery;
+  const double fall = norm_squared(in.step.options.dt * in.step.model.description().gravity);
+  const double recovered = in.step.recovery * in.step.recovery;
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.three_digits * kinetic + 0.5 * in.model.total_mass() * (fall + recovered)};
+          step::policy.three_digits * kinetic + 0.5 * in.step.model.total_mass() * (fall + recovered)};
 }
 
 // J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant
@@ -143,23 +143,24 @@ EnergyBalance along_mean(const EnergyInput& in) {
 // J credits the contact with x u- / 2 although nothing moved along x.
 double along_motion(const EnergyInput& in) {
   static thread_local BodyVelocities change;
-  change.assign(in.start.size(), {});
+  change.assign(in.o.start.size(), {});
   double sum = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
-    change[i] = with_lag(in, i, in.after[i]) - in.start[i];
-    sum += inner_product(in, i, with_lag(in, i, in.free[i]) - in.start[i], change[i]);
+    if (!in.step.model.is_dynamic(static_cast<Index>(i))) continue;
+    change[i] = with_lag(in, i, in.solved.after[i]) - in.o.start[i];
+    sum += inner_product(in, i, with_lag(in, i, in.o.free[i]) - in.o.start[i], change[i]);
   }
-  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    const Contact& c = in.contacts[i];
+  for (std::size_t i = 0; i < in.o.contacts.size(); ++i) {
+    const Contact& c = in.o.contacts[i];
     if (dissipates(c)) continue;
-    const ContactImpulse impulse = to_world(c, &in.solution.x[in.problem.graph.first_row[i]]);
+    const ContactImpulse impulse = to_world(c, &in.solved.solution.x[in.posed.problem->graph.first_row[i]]);
     const ContactImpulse u = relative_motion(c, change);
     sum += dot(impulse.linear, u.linear - c.surface_velocity) + dot(impulse.angular, u.angular);
   }
-  const std::size_t first = in.problem.rows() - in.rows.tags.size();
-  for (std::size_t i = 0; i < in.rows.tags.size(); ++i)
-    if (!dissipates(in, i)) sum += in.solution.x[first + i] * row_velocity(in.rows.jacobian[i], change);
+  const std::size_t first = in.posed.problem->rows() - in.posed.rows.tags.size();
+  for (std::size_t i = 0; i < in.posed.rows.tags.size(); ++i)
+    if (!dissipates(in, i))
+      sum += in.solved.solution.x[first + i] * row_velocity(in.posed.rows.jacobian[i], change);
   return 0.5 * sum;
 }
 

@@ -6,6 +6,7 @@
 #include "amontons/solvers/driver/driver.hpp"
 #include "multibody/step/policy.hpp"
 #include "multibody/step/pose.hpp"
+#include "multibody/step/rest.hpp"
 #include "multibody/step/second_order.hpp"
 #include "multibody/step/sleep.hpp"
 
@@ -24,8 +25,7 @@ static void find_velocities(const StepSetting& step, const Observed& o, const St
 
 void solve(const StepSetting& step, const StepSolver& solver, const Observed& o, const StepProblem& posed,
            Solved& solved) {
-  find_rest(step, o, {*posed.problem, posed.x0, posed.predicted, posed.again},
-            {solver.options(), solver.budget, solver.sums}, solved.solution, solved.islands);
+  find_rest(step, o, posed, solver, solved.solution, solved.islands);
   solve_beside(solver, posed, step.asleep, solved);
   find_velocities(step, o, posed, solved);
   solver.clock.lap(&Timings::solve);
@@ -35,15 +35,7 @@ void solve(const StepSetting& step, const StepSolver& solver, const Observed& o,
 // contacts. Returns whether the problem changed.
 static bool add_unforeseen(const StepSetting& step, StepClock& clock, bool first, Observed& o,
                            StepProblem& posed, const Solved& solved) {
-  const Reach reach{step.model,
-                    o.frames,
-                    solved.after,
-                    step.h,
-                    step.margin,
-                    step.options.threads,
-                    step.options.pairs.get(),
-                    &step.asleep,
-                    step.visited};
+  const Reach reach = step.reach(o.frames, solved.after);
   const std::size_t known = o.contacts.size();
   step.finder.find_unforeseen(reach, o.contacts);
   clock.lap(&Timings::collision);

@@ -22,7 +22,7 @@ namespace {
 // otherwise count as slipping, and lose its static friction.
 double least_slip(const StepSetting& step, const Solved& solved) {
   const double bodies = std::sqrt(static_cast<double>(step.model.bodies()));
-  const double fall = step.h * norm(step.model.description().gravity);
+  const double fall = step.fall();
   const double residual = std::max(step.options.tolerance, solved.solution.residual);
   double fastest = 0;
   step.visited.bodies.each(solved.after.size(), [&](std::size_t i) {

@@ -80,9 +80,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   make_free_velocities(step, o);
   foresee(step, o);
   clock.lap(&Timings::assembly);
-  step.finder.find({model, o.frames, o.foreseen, h, step.margin, step.options.threads,
-                    step.options.pairs.get(), &step.asleep, step.visited},
-                   o.contacts);
+  step.finder.find(step.reach(o.frames, o.foreseen), o.contacts);
   find_known(model, state.contacts, o.frames, o.contacts, o.known);
   set_slipping_friction(model, state.contacts, o.known, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);

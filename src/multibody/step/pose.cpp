@@ -16,7 +16,7 @@ namespace amontons {
 
 Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contacts, std::size_t joint_rows) {
   const double error = allowed_error(step.model.length());
-  const double fall = step.h * norm(step.model.description().gravity);
+  const double fall = step.fall();
   const bool keeps_closed = step.recovery > 0 || !step.damped;
   const bool overlaps =
       step.asleep.overlap > error || std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
@@ -35,9 +35,7 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
           .threads = step.options.threads};
 }
 
-double least_turn(const StepSetting& step) {
-  return step::policy.least_turn * step.h * norm(step.model.description().gravity);
-}
+double least_turn(const StepSetting& step) { return step::policy.least_turn * step.fall(); }
 
 // Bodies of trees came along their joints. Bodies that moved back along their velocities would have others
 // there: an inertia along a tendon would take the difference for an acceleration.
@@ -64,8 +62,7 @@ static void warm_start(const StepSetting& step, const State& state, const Observ
 // prediction of second order. Without such impulses, with the velocities at the start.
 static void turn_ahead(const StepSetting& step, Observed& o, StepProblem& posed) {
   const BodyVelocities& v = posed.x0.empty() ? o.start : posed.predicted;
-  find_turns({step.model, o.frames, v, step.h, step.margin, step.options.threads}, least_turn(step),
-             o.contacts, step.finder, posed.turns);
+  find_turns(step.reach(o.frames, v), least_turn(step), o.contacts, step.finder, posed.turns);
 }
 
 void pose(const StepSetting& step, const StepClock& clock, State& state, Observed& o, StepProblem& posed) {
@@ -76,12 +73,7 @@ void pose(const StepSetting& step, const StepClock& clock, State& state, Observe
   options.left_out = step.asleep.joints;
   append_joint_rows(model, o.bodies(), o.joints, state, options, posed.rows);
   know_asleep(step.asleep, posed.rows);
-  if (!step.damped) {
-    reflect_joints({model, o.frames, o.joints, o.start, o.free, o.spins, o.contacts, o.known, step.h,
-                    step.last, step.h * norm(model.description().gravity), allowed_error(model.length()),
-                    o.tree_setting(step), o.trees},
-                   state, posed.rows);
-  }
+  if (!step.damped) reflect_joints(step, o, state, posed.rows);
   if (state.impulse_step > 0)
     hold_contacts(state.contacts, o.known, step.kick() / state.impulse_step, o.contacts);
   posed.assembly = assembly_of(step, o.contacts, posed.rows.tags.size());

@@ -26,6 +26,7 @@
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/carry.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/step/solve_step.hpp"
 
 namespace amontons {
 
@@ -93,11 +94,12 @@ void keep_solved(const Problem& problem, Law law, double tolerance, const Soluti
 
 // Beside bodies that move only islands whose impulses carry all loads to rounding rest. Those of the others
 // are changed until they do, if the island can stand.
-void keep_carried(const StepSetting& step, std::span<const Contact> contacts, const PosedStart& posed,
-                  const RestSolver& solver, Solution& start, StepIslands& islands) {
+void keep_carried(const StepSetting& step, std::span<const Contact> contacts, const StepProblem& posed,
+                  const StepSolver& solver, Solution& start, StepIslands& islands) {
   const double length = step.model.length(), share = step::policy.direct_start;
   const double rounding = share * step.options.tolerance;
-  const auto& [problem, _1, predicted, _2] = posed;
+  const Problem& problem = *posed.problem;
+  const BodyVelocities& predicted = posed.predicted;
   const Islands& graph = problem.graph.islands;
   std::vector<Island> carried = islands.each;
   keep_slow(length, predicted, step.visited.bodies, rounding, graph, carried);
@@ -108,7 +110,7 @@ void keep_carried(const StepSetting& step, std::span<const Contact> contacts, co
     any = any || counts(home);
   }
   if (!any) return;
-  Options options = solver.options;
+  Options options = solver.options();
   options.tolerance = share * rounding;
   options.iterates = nullptr;
   const Part part = find_carrying({problem, contacts, start.x}, predicted, counts, options, solver.budget);
@@ -132,19 +134,13 @@ double SquaredMaps::residual() const {
   return std::sqrt(map) / std::max(std::sqrt(at_zero), least);
 }
 
-double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
-  for (const Island& i : islands.each)
-    if (i.rests) moving.add(i.start);
-  return moving.residual();
-}
-
 // The islands at rest; false if there is none, even asleep. The velocities at the start may be as large as
 // the error of a start within the tolerance: the impulses of this step take them out. Those after them may
 // not, unless all rests, because the bodies lose what remains.
-static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const PosedStart& posed,
-                                 const RestSolver& solver, Solution& start, StepIslands& islands) {
+static bool find_islands_at_rest(const StepSetting& step, const Observed& o, const StepProblem& posed,
+                                 const StepSolver& solver, Solution& start, StepIslands& islands) {
   const Model& model = step.model;
-  const double tolerance = step.options.tolerance, fall = step.h * norm(model.description().gravity);
+  const double tolerance = step.options.tolerance, fall = step.fall();
   const double of_one = tolerance * tolerance * fall * fall;
   const auto is_slow = [&](const BodyVelocity& v, double most) {
     return squared_speed(v, model.length()) <= most;
@@ -155,7 +151,7 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   const auto may_rest = [&](const Contact& c) { return slow_at(c.body_a) && slow_at(c.body_b); };
   const bool some = step.asleep.any();
   if (!some && std::none_of(o.contacts.begin(), o.contacts.end(), may_rest)) return false;
-  const Problem& problem = posed.problem;
+  const Problem& problem = *posed.problem;
   const Islands& graph = problem.graph.islands;
   islands.each.assign(graph.count, {});
   for (Island& island : islands.each) {
@@ -185,9 +181,9 @@ static bool find_islands_at_rest(const StepSetting& step, const Observed& o, con
   return some || rests_any(islands);
 }
 
-void find_rest(const StepSetting& step, const Observed& o, const PosedStart& posed, const RestSolver& solver,
+void find_rest(const StepSetting& step, const Observed& o, const StepProblem& posed, const StepSolver& solver,
                Solution& start, StepIslands& islands) {
-  const Problem& problem = posed.problem;
+  const Problem& problem = *posed.problem;
   Part& moving = islands.moving;
   // Without new contacts the islands that rested beside an earlier solve of the step still do: contacts that
   // turn change b alone, and none turns where all rest.

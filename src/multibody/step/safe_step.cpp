@@ -12,23 +12,6 @@ namespace amontons {
 
 namespace {
 
-EnergyInput energy_input(const StepSetting& step, const Observed& o, const StepProblem& posed,
-                         const Solved& solved) {
-  return {.model = step.model,
-          .frames = o.frames,
-          .start = o.start,
-          .free = o.free,
-          .after = solved.after,
-          .spins = o.spins,
-          .problem = *posed.problem,
-          .contacts = o.contacts,
-          .solution = solved.solution,
-          .rows = posed.rows,
-          .dt = step.options.dt,
-          .recovery = step.recovery,
-          .visited = step.visited.bodies};
-}
-
 // Velocities of impulses that were changed.
 void follow(const Observed& o, const StepProblem& posed, Solved& solved) {
   solved.after = o.free;
@@ -60,7 +43,7 @@ double largest_passive_share(double none, double half, double whole) {
 void scale_impulses(const StepSetting& step, const Observed& o, const StepProblem& posed,
                     Elimination& elimination, Solved& solved) {
   const std::vector<double> x = solved.solution.x;
-  const EnergyInput energy = energy_input(step, o, posed, solved);
+  const EnergyInput energy{step, o, posed, solved};
   EnergyBalance& balance = solved.balance;
   const auto balance_at = [&](double s) {
     scale_to(x, s, o, posed, elimination, solved);
@@ -92,9 +75,7 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
   slow_spins(step.model, o.start, h, solved.after);
   const std::size_t known = o.contacts.size();
   if (!clock.budget.ends_within(clock.timings.collision))
-    step.finder.find_fixed(
-        {step.model, o.frames, solved.after, h, step.margin, step.options.threads, step.options.pairs.get()},
-        o.contacts);
+    step.finder.find_fixed(step.reach(o.frames, solved.after), o.contacts);
   if (o.contacts.size() > known) {
     take_in(solved, known, o, posed);
     write_b(o, posed);
@@ -109,11 +90,6 @@ void stop_bodies(const StepSetting& step, const StepClock& clock, Observed& o, S
 }
 
 }  // namespace
-
-EnergyBalance balance_of(const StepSetting& step, const Observed& o, const StepProblem& posed,
-                         const Solved& solved) {
-  return energy_balance(energy_input(step, o, posed, solved));
-}
 
 void make_safe(const StepSetting& step, StepClock& clock, Elimination& elimination, Observed& o,
                StepProblem& posed, Solved& solved) {

@@ -1,14 +1,10 @@
-// Stages 6 and 7 of a step: its energy balance, and the fallback for any result of the solve.
+// Stage 7 of a step: the fallback for any result of the solve.
 #pragma once
 #include "amontons/solvers/direct/elimination.hpp"
 #include "multibody/step/observe.hpp"
 #include "multibody/step/step_problem.hpp"
 
 namespace amontons {
-
-// The energy balance of a solved step.
-EnergyBalance balance_of(const StepSetting& step, const Observed& observed, const StepProblem& posed,
-                         const Solved& solved);
 
 // For a step that missed its time, work, tolerance or energy balance: impulses that can do no harm, in three
 // stages:

@@ -30,7 +30,9 @@
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/joint_context.hpp"
 #include "multibody/joints/row_terms.hpp"
+#include "multibody/step/observe.hpp"
 #include "multibody/step/policy.hpp"
+#include "multibody/step/positions.hpp"
 #include "multibody/trees/momenta.hpp"
 
 namespace amontons {
@@ -126,12 +128,13 @@ JointSlip taken_out(const JointSlip& e, const JointSlip& before, const JointSlip
 // step and is closed stays closed, or opens: its force changes as smoothly as the motion beside it. One that
 // is near without a load, as a slider beside its guide, strikes if it would go farther than closed ones may
 // be.
-bool may_strike(const SmoothInput& in, const Contact& c, bool carried) {
-  const double start = dot(c.normal, relative_motion(c, in.start).linear);
-  const double free = dot(c.normal, relative_motion(c, in.free).linear);
-  if (c.gap > in.closed || (in.last > 0 && !carried))
-    return std::max(c.gap, in.closed) + in.h * std::min(start, free) <= 0;
-  return -start > smooth_speed(in.fall, free - start);
+bool may_strike(const StepSetting& step, const Observed& o, const Contact& c, bool carried) {
+  const double closed = allowed_error(step.model.length());
+  const double start = dot(c.normal, relative_motion(c, o.start).linear);
+  const double free = dot(c.normal, relative_motion(c, o.free).linear);
+  if (c.gap > closed || (step.last > 0 && !carried))
+    return std::max(c.gap, closed) + step.h * std::min(start, free) <= 0;
+  return -start > smooth_speed(step.fall(), free - start);
 }
 
 // The group of dynamic bodies that joints and contacts connect: its first body.
@@ -143,32 +146,32 @@ Index group_of(std::vector<Index>& first, Index body) {
 // Bodies that touch something and bodies jointed to one, in groups where a contact may strike. Their motion
 // is not smooth, and D v+ = 0 damps it. A blow is felt beyond the joint next to it; so a group in which
 // nothing strikes has none of them.
-const std::vector<unsigned char>& find_near_contacts(const SmoothInput& in) {
+const std::vector<unsigned char>& find_near_contacts(const StepSetting& step, const Observed& o) {
   static thread_local std::vector<unsigned char> touching, near;
   static thread_local std::vector<Index> first;  // body of the group
-  const std::size_t bodies = in.model.bodies();
+  const std::size_t bodies = step.model.bodies();
   touching.assign(bodies, 0);
   near.assign(bodies, 0);
-  if (in.contacts.empty()) return near;
+  if (o.contacts.empty()) return near;
   first.resize(bodies);
   std::iota(first.begin(), first.end(), 0);
   const auto connect = [&](Index a, Index b) {
-    if (in.model.is_dynamic(a) && in.model.is_dynamic(b)) first[group_of(first, a)] = group_of(first, b);
+    if (step.model.is_dynamic(a) && step.model.is_dynamic(b)) first[group_of(first, a)] = group_of(first, b);
   };
-  const auto& joints = in.model.description().joints;
+  const auto& joints = step.model.description().joints;
   for (const Joint& j : joints) connect(j.body_a, j.body_b);
-  for (const Contact& c : in.contacts) connect(c.body_a, c.body_b);
-  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    if (!may_strike(in, in.contacts[i], in.known[i] >= 0)) continue;
-    for (const Index body : {in.contacts[i].body_a, in.contacts[i].body_b})
-      if (in.model.is_dynamic(body)) near[group_of(first, body)] = 1;
+  for (const Contact& c : o.contacts) connect(c.body_a, c.body_b);
+  for (std::size_t i = 0; i < o.contacts.size(); ++i) {
+    if (!may_strike(step, o, o.contacts[i], o.known[i] >= 0)) continue;
+    for (const Index body : {o.contacts[i].body_a, o.contacts[i].body_b})
+      if (step.model.is_dynamic(body)) near[group_of(first, body)] = 1;
   }
-  for (const Contact& c : in.contacts)
+  for (const Contact& c : o.contacts)
     for (const Index body : {c.body_a, c.body_b})
-      if (in.model.is_dynamic(body)) touching[body] = near[group_of(first, body)];
+      if (step.model.is_dynamic(body)) touching[body] = near[group_of(first, body)];
   near = touching;
   for (const Joint& j : joints) {
-    if (!in.model.is_dynamic(j.body_a) || !in.model.is_dynamic(j.body_b)) continue;
+    if (!step.model.is_dynamic(j.body_a) || !step.model.is_dynamic(j.body_b)) continue;
     if (touching[j.body_a] || touching[j.body_b]) near[j.body_a] = near[j.body_b] = 1;
   }
   return near;
@@ -176,7 +179,7 @@ const std::vector<unsigned char>& find_near_contacts(const SmoothInput& in) {
 
 }  // namespace
 
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
+void reflect_joints(const StepSetting& step, const Observed& o, State& state, JointRows& rows) {
   const auto is_rigid = [&](std::size_t i) {
     return rows.tags[i].kind == RowKind::locked && rows.restraint[i] == Restraint::equality;
   };
@@ -185,24 +188,24 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
   if (first_rigid == rows.tags.size()) return;
   // The first step has no previous one. Bodies count as if they had arrived with their present velocities.
   // The resulting slip belongs to a pose in which they never were, and is removed.
-  const bool first = !(in.last > 0);
+  const bool first = !(step.last > 0);
   static thread_local BodyVelocities before, came;  // before the step, and of the last one
   static thread_local std::vector<Transform> middle;
-  came = before = in.start;
-  const LastStep last{in.frames, came, first ? in.h : in.last, middle};
+  came = before = o.start;
+  const LastStep last{o.frames, came, first ? step.h : step.last, middle};
   const bool known = !first && !rows.past.empty();
   // Impulses act on the mean spin of the step, v+. The spin at its start and the spin that the impulses leave
   // there differ from it by the same lag: D (omega + (omega+ + lag)) = 0.
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (!in.model.is_dynamic(static_cast<Index>(i))) continue;
-    before[i].angular += in.spins[i].lag;
+    if (!step.model.is_dynamic(static_cast<Index>(i))) continue;
+    before[i].angular += o.spins[i].lag;
     came[i].angular = known ? rows.past[i].velocity.angular
-                            : -torque_free_mean(in.frames[i].inertia, -in.start[i].angular, last.h);
+                            : -torque_free_mean(o.frames[i].inertia, -o.start[i].angular, last.h);
   }
-  write_mean_before(in.tree_setting, last.h, in.trees, came);
+  write_mean_before(o.tree_setting(step), last.h, o.trees, came);
   middle.clear();
-  for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(in.frames[i], came[i], -0.5 * last.h));
-  const std::vector<unsigned char>& near = find_near_contacts(in);
+  for (std::size_t i = 0; i < came.size(); ++i) middle.push_back(moved(o.frames[i], came[i], -0.5 * last.h));
+  const std::vector<unsigned char>& near = find_near_contacts(step, o);
   const auto touched = [&near](Index body) { return body >= 0 && near[body]; };
   Index joint = -1;
   bool smooth = true;
@@ -210,11 +213,11 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
   for (std::size_t i = first_rigid; i < rows.tags.size(); ++i) {
     const RowTag& tag = rows.tags[i];
     if (!is_rigid(i)) continue;
-    const JointContext& now = in.joints[tag.joint];
+    const JointContext& now = o.joints[tag.joint];
     if (tag.joint != joint) {
       joint = tag.joint;
       const auto j = static_cast<std::size_t>(joint);
-      const JointSlip e = middle_slip(now, coordinates_of(in.model, state, j), last);
+      const JointSlip e = middle_slip(now, coordinates_of(step.model, state, j), last);
       out = first ? e : taken_out(e, state.joint_slips[j], slip(now, before));
       state.joint_slips[j] = e;
       smooth = !touched(now.body_a) && !touched(now.body_b);
@@ -224,7 +227,8 @@ void reflect_joints(const SmoothInput& in, State& state, JointRows& rows) {
     const Vec3 torque = tag.torque - cross(now.arm, tag.force);
     rows.c[i] +=
         row_velocity(rows.jacobian[i], before) - dot(tag.force, out.linear) - dot(torque, out.angular);
-    if (!first) rows.c[i] -= step::policy.remembered_sag * rows.compliance[i] * rows.x0[i] * (in.h / last.h);
+    if (!first)
+      rows.c[i] -= step::policy.remembered_sag * rows.compliance[i] * rows.x0[i] * (step.h / last.h);
   }
 }
 

@@ -8,7 +8,6 @@
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/trees/tree_step.hpp"
 
 namespace amontons {
 
@@ -17,24 +16,11 @@ namespace amontons {
 // change may be a jump.
 inline double smooth_speed(double fall, double change = 0) { return 2 * std::max(fall, std::abs(change)); }
 
-// The velocities at the start of a step, and data of the last step.
-struct SmoothInput {
-  const Model& model;
-  const BodyFrames& frames;
-  const JointContexts& joints;
-  const BodyVelocities &start, &free;
-  const std::vector<GyroscopicSpin>& spins;
-  const std::vector<Contact>& contacts;
-  const std::vector<Index>& known;  // per contact: -1 unless it had an impulse in the last step
-  double h, last;                   // s, of this step and of the last one; 0: there is none
-  double fall;                      // m/s, that gravity adds in a step
-  double closed;                    // m, gaps up to this one count as closed
-  const TreeSetting& tree_setting;
-  const TreeStep& trees;
-};
+struct StepSetting;
+struct Observed;
 
 // Adds to c of the rigid locked rows. The slips in the state become those of the last step.
-void reflect_joints(const SmoothInput& in, State& state, JointRows& rows);
+void reflect_joints(const StepSetting& step, const Observed& o, State& state, JointRows& rows);
 
 // A step that moves bodies with the velocities v for h.
 struct JointMotion {

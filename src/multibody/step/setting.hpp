@@ -32,6 +32,11 @@ struct StepSetting {
   double restitution;   // m/s, slower approaches do not bounce
   // Impulses act from the middle of the last step to the middle of this one (s).
   double kick() const { return 0.5 * (last + h); }
+  // The speed that gravity adds within the step (m/s).
+  double fall() const { return h * norm(model.description().gravity); }
+  Reach reach(const BodyFrames& frames, const BodyVelocities& v) const {
+    return {model, frames, v, h, margin, options.threads, options.pairs.get(), &asleep, visited};
+  }
   JointOptions joint_options(std::span<const double> controls = {}) const {
     JointOptions all{h, recovery, model.length(), true, kick(), controls};
     all.closing = options.closing_at_once;

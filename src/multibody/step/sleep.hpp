@@ -10,7 +10,6 @@ namespace amontons {
 struct StepAtRest {
   const StepSetting& step;
   const State &before, &after;
-  const Observed& observed;
   const StepProblem& posed;
   const StepIslands& islands;
   const Problem& problem;

@@ -173,6 +173,13 @@ Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart 
   return solve_for_light_bodies(solver, problem, share, std::move(s));
 }
 
+// The natural residual of the whole problem, from the maps of the islands that move.
+static double residual_beside_rest(const StepIslands& islands, SquaredMaps moving) {
+  for (const Island& i : islands.each)
+    if (i.rests) moving.add(i.start);
+  return moving.residual();
+}
+
 // The residual of the whole is at most the largest of an island, and that of the islands at rest was measured
 // with their start. An error that the others left may be within the tolerance of the whole.
 static void measure_beside(const StepSolver& solver, const Problem& problem, const StepIslands& islands,

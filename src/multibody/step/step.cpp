@@ -65,10 +65,10 @@ bool Simulation::wakes(bool all) {
 void Simulation::let_sleep(const StepSetting& step, std::size_t found) {
   const bool steady = step.h == options_.dt && step.last == step.h && last_.before.impulse_step == step.h;
   if (!steady || options_.own_method) return;
-  const auto& [observed, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
-  last_.found = fall_asleep({step, last_.before, state_, observed, posed, solved.islands,
-                             *last_.solve.problem, last_.solve.x, found},
-                            last_.contacts, last_.asleep);
+  const auto& [_, posed, solved, _1, _2, _3, _4, _5, _6, _7] = *scratch_;
+  last_.found = fall_asleep(
+      {step, last_.before, state_, posed, solved.islands, *last_.solve.problem, last_.solve.x, found},
+      last_.contacts, last_.asleep);
 }
 
 Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepClock& clock, StepSums& sums,
@@ -102,7 +102,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   const bool corrected = correct(step, clock, *scratch_, state_, sums);
   // 3. Impacts are over before stiffness can act. They change the start velocities and the free velocities.
   Speeds speeds = fastest(observed.start, step.visited.bodies, model.length());
-  speeds.moving += h * norm(model.description().gravity);
+  speeds.moving += step.fall();
   Budget before_impacts = budget.part_of_time(step::policy.share_of_part);
   // Each kind of problem has a memory of its own, because it keeps the pattern of the last one.
   const auto solver = [&](Budget& share, Elimination& memory) {
@@ -121,7 +121,7 @@ Simulation::Outcome Simulation::advance(double h, const Attempt& attempt, StepCl
   close_loops(step, solver(budget, loop_elimination), state_, observed, posed, solved);
   // 6. and 7.
   solved.path = StepPath::accurate;
-  solved.balance = balance_of(step, observed, posed, solved);
+  solved.balance = energy_balance({step, observed, posed, solved});
   const bool accurate = solved.solution.status == Status::converged && solved.balance.holds();
   if (wakes(!accurate)) return Outcome::woken;
   if (!solved.balance.holds() && !attempt.is_last && !clock.over_attempt()) return Outcome::unbalanced;

@@ -14,6 +14,9 @@ namespace amontons {
 // Multiplications of short rows per unit of work: half as many as in dense kernels.
 static constexpr double multiplications_in_unit = 0.5 * Budget::multiplications;
 
+// Steps of a search for faces, and of a curve, where the caller sets no limit.
+static constexpr std::size_t most_steps = 150;  // not tuned: a default, options may set others
+
 // The mean of diag(W) per block scales the natural map of the steps; positive for immobile blocks too.
 void IslandSolver::start(const Reduction::Island& island) {
   island_ = &island;
@@ -113,13 +116,13 @@ void IslandSolver::pay() {
 // Newton steps from the present x. The map may rise on the way to the right faces, so the best x is kept.
 //
 // A step fails where faces contradict each other, such as three corners that stick with gaps that no rigid
-// motion closes. The proximal term alone decides there: an error e in the null space of W moves x by e over it,
-// far beyond other faces. So it grows with each failure, and falls again with each success (Levenberg,
+// motion closes. The proximal term alone decides there: an error e in the null space of W moves x by e over
+// it, far beyond other faces. So it grows with each failure, and falls again with each success (Levenberg,
 // Marquardt; for equations that are not regular Yamashita, Fukushima 2001).
 void IslandSolver::find_faces() {
   std::size_t stale = 0;
   double proximal = direct::policy.proximal;
-  for (std::size_t i = 0; i < direct::policy.most_steps && stale < direct::policy.stale_steps; ++i) {
+  for (std::size_t i = 0; i < most_steps && stale < direct::policy.stale_steps; ++i) {
     if (!has_budget()) return;
     const double before = result_.map;
     if (!newton_step(proximal)) return;
@@ -208,7 +211,7 @@ bool IslandSolver::start_near() {
 bool IslandSolver::follow(bool near) {
   const double first = curve_.t(), end = second_order::policy.rounding * second_order::policy.rounding;
   double least = first, before = first, fall = 0;
-  for (std::size_t i = 0, tried = 0; i < direct::policy.most_steps && is_unsolved(); ++i) {
+  for (std::size_t i = 0, tried = 0; i < most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
     ++result_.factorizations;
     work_ += system_.work();

@@ -35,15 +35,13 @@ struct Policy {
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
   // of freedom of the bodies. It changes their impulses by no more than the tolerance.
   double proximal = 1e-7;
-  // Growth of the proximal term (ratio): after each failed Newton step; a step that succeeds takes it back. From
-  // 30 to 100 is flat. With 1 the solves of a go1 on the floor take 1.25 times the factorisations, those of a
-  // humanoid 1.15 times (friction_that_holds_a_joint_at_its_limit).
+  // Growth of the proximal term (ratio): after each failed Newton step; a step that succeeds takes it back.
+  // From 30 to 100 is flat. With 1 the solves of a go1 on the floor take 1.25 times the factorisations, those
+  // of a humanoid 1.15 times (friction_that_holds_a_joint_at_its_limit).
   double proximal_growth = 70;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most runs of robots on the floor (`benchmarks/robots.py --fall`).
   int projections = 3;
-  // Steps (count): after which a search for faces or a curve is abandoned.
-  std::size_t most_steps = 150;
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 inline constinit Policy policy;
@@ -54,7 +52,6 @@ inline const bool named = name_policy("direct", {{"most_rows", &policy.most_rows
                                                  {"stale_steps", &policy.stale_steps},
                                                  {"proximal", &policy.proximal},
                                                  {"proximal_growth", &policy.proximal_growth},
-                                                 {"projections", &policy.projections},
-                                                 {"most_steps", &policy.most_steps}});
+                                                 {"projections", &policy.projections}});
 
 }  // namespace amontons::direct

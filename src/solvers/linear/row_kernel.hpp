@@ -27,8 +27,8 @@ AMONTONS_FOR_EACH_ISA(
     void subtract_six_rows(double* to, std::size_t stride, const double* U, double s, const double* w,
                            std::size_t n);
     // s A = Q Q' with Q lower triangular; A symmetric, 6 x 6. A := R, the factors that divide by Q: 1 / Q_ii
-    // and below them -Q_ik / Q_ii. The rounding of an inverse of Q would grow with its condition. Pivots
-    // below `least` are raised to it. False if one is not positive.
+    // and below them -Q_ik / Q_ii; above them A stays. The rounding of an inverse of Q would grow with its
+    // condition. Pivots below `least` are raised to it. False if one is not positive.
     bool factor_six(double* A, double s, const double* least);
     // Divides six rows by Q: in their order row i := sum_{k <= i} R[6 i + k] row k.
     void divide_six_rows(const double* R, double* rows, std::size_t n);

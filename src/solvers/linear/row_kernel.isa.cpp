@@ -286,7 +286,6 @@ bool factor_six(double* A, double s, const double* least) {
   for (int i = 0; i < 6; ++i) {
     A[7 * i] = 1 / __builtin_sqrt(d[i]);
     for (int k = 0; k < i; ++k) A[6 * i + k] = -A[7 * i] * A[7 * k] * rows[k][i];
-    for (int k = i + 1; k < 6; ++k) A[6 * i + k] = 0;
   }
   return true;
 }

@@ -75,8 +75,6 @@ class Monitor {
   Time started() const { return start_; }
   // Limits of the solve, which solves inside this one share.
   Budget& budget() { return budget_; }
-  // For methods that work long between two calls of observe().
-  bool out_of_time() const { return budget_.late(); }
   // Charges the products since the last call to the budget, at `per_product` units each.
   void pay(double per_product) {
     budget_.spend(static_cast<double>(products - paid_) * per_product);
