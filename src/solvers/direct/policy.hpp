@@ -33,12 +33,9 @@ struct Policy {
   // 20 iterations (test_step_limits).
   std::size_t stale_steps = 4;
   // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
-  // of freedom of the bodies. It changes their impulses by no more than the tolerance.
+  // of freedom of the bodies. It changes their impulses by no more than the tolerance. It is that of the
+  // first step: failed steps raise it (friction_that_holds_a_joint_at_its_limit).
   double proximal = 1e-7;
-  // Growth of the proximal term (ratio): after each failed Newton step; a step that succeeds takes it back.
-  // From 30 to 100 is flat. With 1 the solves of a go1 on the floor take 1.25 times the factorisations, those
-  // of a humanoid 1.15 times (friction_that_holds_a_joint_at_its_limit).
-  double proximal_growth = 70;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most runs of robots on the floor (`benchmarks/robots.py --fall`).
   int projections = 3;
@@ -51,7 +48,6 @@ inline const bool named = name_policy("direct", {{"most_rows", &policy.most_rows
                                                  {"reduced_share", &policy.reduced_share},
                                                  {"stale_steps", &policy.stale_steps},
                                                  {"proximal", &policy.proximal},
-                                                 {"proximal_growth", &policy.proximal_growth},
                                                  {"projections", &policy.projections}});
 
 }  // namespace amontons::direct
