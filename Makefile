@@ -227,11 +227,12 @@ install: .venv/.requirements .venv/.amontons
 	@$(PYTHON) tools/check_environment.py
 	@mkdir -p .venv && touch $@
 
-# The compiler needs only these: `make -j2 install` installs the others beside it.
+# The compiler needs only these: `make -j2 install` installs the others beside it. FMPy, one of these, brings CMake: as
+# objects of another CMake would be out of date, it is here from the start.
 .venv/.build: pyproject.toml tools/requirements.py | .venv/.checked
 	$(say) 'Installing the build tools into .venv'
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install --quiet --progress-bar off $$($(BIN)/python tools/requirements.py build) \
+	@$(BIN)/python -m pip install --quiet --progress-bar off $$($(BIN)/python tools/requirements.py build) cmake \
 	  $$($(BIN)/python tools/check_environment.py --build-tools)
 	@touch $@
 
