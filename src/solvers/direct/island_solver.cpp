@@ -88,8 +88,8 @@ IslandSolver::Result IslandSolver::solve(const Reduction::Island& island, Law la
 }
 
 // Newton steps begin at the given start. Zero impulses are kept, too, as most contacts may have opened: then
-// they are the better x. But their map says little of their faces: where two feet push against each other,
-// 2 % of the impulses have a larger map than zero, although all faces are right.
+// they are the better x. But the map says little of faces. Where two feet push against each other, a small
+// error of the impulses has a larger map than zero, with all faces right.
 void IslandSolver::choose_start(std::vector<double>& x) {
   std::fill(x_.begin(), x_.end(), 0.0);
   project(island_->K, x_, x_);
@@ -122,8 +122,7 @@ void IslandSolver::pay() {
 // map, which keeps convergence quadratic without regularity (Yamashita, Fukushima 2001), or faster.
 void IslandSolver::find_faces() {
   std::size_t stale = 0;
-  // After as many failures as are allowed the term is as large as the diagonal of W. Ratios of 30 to 100 are
-  // flat.
+  // After as many failures as are allowed the term is as large as the diagonal of W.
   const double growth =
       1 + elementary::expm1(-elementary::log(direct::policy.proximal) / direct::policy.stale_steps);
   double proximal = direct::policy.proximal;
