@@ -38,8 +38,8 @@ class Table:
 TABLES = (
     Table("kernel.csv", ("contacts", "law", "threads"), "ns_per_contact", "ns"),
     Table("files.csv", ("law", "tolerance"), "time", "s", "iterations"),
-    Table("steps.csv", ("scene", "law", "tolerance"), "fastest", "s", "iterations"),
-    Table("simulation.csv", ("name",), "step", "s", "iterations"),
+    Table("steps.csv", ("task", "law", "tolerance"), "fastest", "s", "iterations"),
+    Table("simulation.csv", ("task",), "time", "s", "iterations"),
     Table("robots.csv", ("model",), "step_median", "s"),
     Table("robots_2ms.csv", ("model",), "step_median", "s"),
 )

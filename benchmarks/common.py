@@ -170,6 +170,12 @@ def command() -> str:
     return shlex.join(["python", *how, *(w for w in words if w not in folders)])
 
 
+def task_row(task: str, method: str, time: float | str = "", error: float | str = "") -> Row:
+    """The first columns of all tables that compare methods or engines: what one does with a task, in which
+    time (s), and with which error; blank where it fails. Further columns follow."""
+    return {"task": task, "method": method, "time": time, "error": error}
+
+
 def fill(
     path: Path, items: Sequence[Any], rows_of: Callable[[Any], Iterable[Row]], show: str = "", jobs: int = 1
 ) -> list[Row]:

@@ -23,8 +23,7 @@ import numpy as np
 from amontons.report.figures import STYLES
 from common import EXAMPLES, FIGURES, ROOT, TABLES, shrink
 from matplotlib.ticker import LogLocator, NullFormatter
-from targets import PROFILE_KEYS, ratio
-from views import Results
+from views import Results, by_task, over_best
 
 Row = Mapping[str, Any]
 COLOURS = {
@@ -57,8 +56,8 @@ def growth(rows: Sequence[Row], path: Path) -> None:
     for axes, (family, size) in zip(panels.flat, SIZES.items(), strict=True):
         times = []
         for engine, (colour, marker, line) in LINES.items():
-            mine = [r for r in rows if (r["family"], r["engine"]) == (family, engine) and r["step"]]
-            found = [1e3 * float(r["step"]) for r in mine]
+            mine = [r for r in rows if (r["task"], r["method"]) == (family, engine) and r["time"]]
+            found = [1e3 * float(r["time"]) for r in mine]
             axes.plot([float(r["size"]) for r in mine], found, color=colour, marker=marker, linestyle=line,
                       markersize=4, linewidth=1.4, label=engine)  # fmt: skip
             times += found
@@ -81,12 +80,10 @@ def growth(rows: Sequence[Row], path: Path) -> None:
 
 def profile(rows: Sequence[Row], path: Path) -> None:
     """For each method the share of all solves that anyone does within a multiple of the fastest time."""
-    methods = [key for key in rows[0] if key not in PROFILE_KEYS] + ["auto"]
-    solved = [row for row in rows if any(row[method] for method in methods)]
     plt.figure(figsize=(6.5, 4), layout="constrained")
-    for method in methods:
+    for method, ratios in over_best(rows).items():
         colour, line = STYLES[method]
-        steps([ratio(row, method, methods) for row in solved], plt, [1], 1e3, label=method, color=colour,
+        steps(ratios, plt, [1], 1e3, label=method, color=colour,
               linestyle="-" if method == "auto" else line,
               linewidth=2.4 if method == "auto" else 1.3)  # fmt: skip
     plt.xscale("log")
@@ -108,15 +105,19 @@ def steps(costs: Sequence[float], axes: Any, first: list[float], last: float, **
 
 
 def beside(rows: Sequence[Row], path: Path) -> None:
-    """For each engine the share of the scenes in which it stays below an error within a cost."""
-    rows = [row for row in rows if str(row["off"]) != ""]
+    """For each engine the share of the scenes in which it stays below an error within a cost (ms per
+    simulated second): of those in which any engine does."""
+    rows = [row for row in rows if str(row["error"]) != ""]
     if not rows:
         return
     figure, panels = plt.subplots(1, len(ERRORS), figsize=(10, 3.8), sharey=True, layout="constrained")
-    ran = {name: {r["scene"] for r in rows if r["family"] == name} for name in COLOURS}
+    ran = {name: {r["task"] for r in rows if r["family"] == name} for name in COLOURS}
     for axes, bound in zip(panels, ERRORS, strict=True):
+        done = [r for r in rows if finished(r) and error(r) <= bound]
+        costs = by_task(done, method="family", time="cost").values()
         for family in filter(ran.get, COLOURS):
-            steps(costs(rows, family, bound), axes, [], 1e5, color=COLOURS[family])
+            found = [1e3 * cost.get(family, math.inf) for cost in costs]
+            steps(found, axes, [], 1e5, color=COLOURS[family])
         axes.set(xscale="log", xlim=(1e-1, 1e5), ylim=(0, 1.02), xlabel="ms per simulated second")
         axes.set_title(f"error below {1e3 * bound:g} mm", fontsize=9)
         axes.grid(True, alpha=0.25)
@@ -143,19 +144,8 @@ def finished(row: Row) -> bool:
 
 def error(row: Row) -> float:
     """The length that is off (m); infinite if the run was not finished, 0 where the scene has no answer."""
-    found = float(row["off"] or 0)
+    found = float(row["error"] or 0)
     return found if math.isfinite(found) and str(row["lost"]) == "False" else math.inf
-
-
-def costs(rows: Sequence[Row], family: str, bound: float) -> list[float]:
-    """Of each scene where any engine stays below the error: the least cost of a family that does (ms per
-    simulated second), infinite where none of its settings does."""
-    done = [r for r in rows if finished(r) and error(r) <= bound]
-    return [
-        min((1e3 * float(r["cost"]) for r in done if (r["scene"], r["family"]) == (scene, family)),
-            default=math.inf)
-        for scene in sorted({r["scene"] for r in done})
-    ]  # fmt: skip
 
 
 def convergence(path: Path) -> None:

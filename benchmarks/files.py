@@ -18,7 +18,7 @@ from time import perf_counter
 
 import amontons
 import conic
-from common import Row, arguments, begin, fill, read
+from common import Row, arguments, begin, fill, read, task_row
 
 LEVEL = 1e-4
 RUNS = (("associated", 1e-4), ("associated", 1e-8), ("coulomb", 1e-4), ("coulomb", 1e-6), ("coulomb", 1e-8))
@@ -33,12 +33,11 @@ def accuracy(path: Path, problem: amontons.vi.Problem, reference: Row) -> list[R
     rows = []
     for law, tolerance in RUNS:
         s = problem.solve(law=law, tolerance=tolerance, deadline=DEADLINE)
-        row = {
-            "file": path.name, "contacts": problem.contacts, "law": law, "tolerance": tolerance,
-            "status": s.status, "method": s.method, "residual": s.residual, "iterations": s.iterations,
-            "products": s.products, "factorizations": s.factorizations, "time": s.time,
+        row = task_row(path.name, s.method, s.time, s.residual) | {
+            "contacts": problem.contacts, "law": law, "tolerance": tolerance, "status": s.status,
+            "iterations": s.iterations, "products": s.products, "factorizations": s.factorizations,
+            "objective": s.objective,
         }  # fmt: skip
-        row["objective"] = s.objective
         # The references are those of the associated law.
         if law == "associated" and "associated_objective" in reference:
             objective = float(reference["associated_objective"])
@@ -67,7 +66,8 @@ def calibrated(problem: amontons.vi.Problem) -> tuple[conic.Program, float, coni
 
 
 def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> list[Row]:
-    """Medians of alternating runs of both solvers; no row where Clarabel does not reach LEVEL."""
+    """Medians of alternating runs of both solvers; no rows where Clarabel does not reach LEVEL. `used`: our
+    method, its formulation; `time`: our wall clock, its own clock; `other_clock`: the other of both (s)."""
     found = calibrated(problem)
     if found is None:
         print(f"files: Clarabel does not reach {LEVEL:.0e} with any setting on {path.name}")
@@ -86,14 +86,14 @@ def duel(path: Path, problem: amontons.vi.Problem, repeats: int) -> list[Row]:
         theirs.append(outcome.time)
         their_walls.append(outcome.wall)
     gc.enable()
-    return [{
-        "file": path.name, "contacts": problem.contacts, "method": s.method, "residual": s.residual,
-        "time": median(ours), "wall": median(walls), "clarabel_form": program.formulation,
-        "clarabel_tolerance": tolerance,
-        "clarabel_residual": problem.residual(outcome.x, law="associated"),
-        "clarabel_iterations": outcome.iterations, "clarabel_time": median(theirs),
-        "clarabel_wall": median(their_walls), "ratio": median(walls) / median(theirs),
-    }]  # fmt: skip
+    error = problem.residual(outcome.x, law="associated")
+    return [
+        task_row(path.name, "amontons", median(walls), s.residual)
+        | {"contacts": problem.contacts, "used": s.method, "other_clock": median(ours)},
+        task_row(path.name, "Clarabel", median(theirs), error)
+        | {"contacts": problem.contacts, "used": program.formulation, "other_clock": median(their_walls),
+           "tolerance": tolerance, "iterations": outcome.iterations},
+    ]  # fmt: skip
 
 
 def main() -> None:
@@ -109,7 +109,7 @@ def main() -> None:
     fill(options.out / "files.csv", paths,
          lambda path: accuracy(path, problems[path], references.get(path.name, {})))  # fmt: skip
     fill(options.out / "clarabel.csv", paths, lambda path: duel(path, problems[path], repeats),
-         "file contacts method time clarabel_time ratio")  # fmt: skip
+         "task method time error used")  # fmt: skip
 
 
 if __name__ == "__main__":

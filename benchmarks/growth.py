@@ -25,7 +25,7 @@ from beside.engine import Engine, Timed
 from beside.engine import engines as installed
 from beside.plain import Unsupported
 from beside.scenes import plain
-from common import Row, arguments, begin, fill
+from common import Row, arguments, begin, fill, task_row
 
 LIMIT, QUICK_LIMIT = 60.0, 1.0
 """s of processor time of an engine for one size."""
@@ -105,9 +105,12 @@ def measured(family: Family, size: float, chosen: Iterable[Engine], limit: float
         entries = [entry for entry in entries if entry.part(max(1, family.steps // PARTS), limit)]
     for entry in entries:
         entry.running.close()
-    row = {"family": family.name, "size": size, "bodies": len(scene.bodies)}
-    return [row | {"engine": e.engine.name, "dt": family.dt, "step": median(e.times) if e.times else "",
-                   "over": e.spent >= limit or not e.times} for e in entries]  # fmt: skip
+    known = {"size": size, "bodies": len(scene.bodies), "dt": family.dt}
+    return [
+        task_row(family.name, e.engine.name, median(e.times) if e.times else "")
+        | known | {"over": e.spent >= limit or not e.times}
+        for e in entries
+    ]  # fmt: skip
 
 
 def staged(count: int, before: int = 20, steps: int = 5) -> Row:
@@ -140,11 +143,11 @@ def main() -> None:
         for size in family.sizes[:3] if options.quick else family.sizes:
             found = measured(family, size, chosen, QUICK_LIMIT if options.quick else LIMIT)
             yield from found
-            late = {r["engine"] for r in found if r["over"] or r["step"] > LONG} - {"amontons, 1e-3"}
+            late = {r["method"] for r in found if r["over"] or r["time"] > LONG} - {"amontons, 1e-3"}
             chosen = [e for e in chosen if e.name not in late]
 
     families = [f for f in FAMILIES if not options.only or any(part in f.name for part in options.only)]
-    fill(options.out / "growth.csv", families, rows, "family size engine step")
+    fill(options.out / "growth.csv", families, rows, "task size method time")
     if not options.only or "stages" in options.only:
         counts = STAGED[:2] if options.quick else STAGED
         fill(options.out / "stages.csv", counts, lambda count: [staged(count)], " ".join(SHOWN))

@@ -5,8 +5,8 @@
 
 Each step is solved four times: to four tolerances, cold and warm, under both laws. A method has `--limit`
 seconds of processor time for each, less where another one has been ten times faster. Writes profile.csv (a
-row per solve: the time of every method that succeeds, and of auto, and what auto did); figures.py draws it. A
-corpus that is not there is made first, with the robots of the data folder.
+row per solve and method, auto last, with a time if it succeeds); figures.py draws it. A corpus that is not
+there is made first, with the robots of the data folder.
 
 Times are seconds: of short solves the shortest of several runs, of long ones the processor time.
 """
@@ -23,7 +23,7 @@ from time import process_time
 
 import amontons
 import numpy as np
-from common import SAMPLE, Row, arguments, begin, fill
+from common import SAMPLE, Row, arguments, begin, fill, task_row
 from corpus import FOLDER, QUICK, Step, held_out, load, sequences, write
 from report import profile
 
@@ -65,8 +65,8 @@ def stop_now(signum: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> tuple[float, str, str]:
-    """Time (s), status and reason of one solve, within `limit` s of processor time."""
+def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> tuple[float, float, str, str]:
+    """Time (s), residual, status and reason of one solve, within `limit` s of processor time."""
     options = {"law": task.law, "tolerance": task.tolerance, "x0": task.step.x0 if task.warm else None}
     times: list[float] = []
     try:
@@ -82,27 +82,26 @@ def run(problem: amontons.vi.Problem, task: Task, method: str, limit: float) -> 
             if sum(times) > REPEATS * SHORT:
                 break
     except amontons.InputError:
-        return np.inf, "refused", ""
+        return np.inf, np.inf, "refused", ""
     except KeyboardInterrupt:  # that came after the last look at it
-        return np.inf, "interrupted", ""
-    return max(min(times), 1e-6), solution.status, solution.reason
+        return np.inf, np.inf, "interrupted", ""
+    return max(min(times), 1e-6), solution.residual, solution.status, solution.reason
 
 
-def measure(task: Task, methods: Sequence[str], limit: float) -> Row:
-    """The time (s) of every method, blank where it fails; `auto` comes last and has the whole limit."""
-    row: Row = {
-        "task": task.name, "half": "held-out" if held_out(task.step.sequence) else "tuning",
-        "rows": len(task.step.b), "law": task.law, "tolerance": task.tolerance, "warm": task.warm,
+def measure(task: Task, methods: Sequence[str], limit: float) -> Iterator[Row]:
+    """A row per method, without a time where it fails; `auto` comes last and has the whole limit."""
+    known = {
+        "half": "held-out" if held_out(task.step.sequence) else "tuning", "rows": len(task.step.b),
+        "law": task.law, "tolerance": task.tolerance, "warm": task.warm,
     }  # fmt: skip
     best, problem = np.inf, task.step.problem()
     for method in [*methods, "auto"]:
         # A method that is not the best has not to finish; that auto does is what is asked.
         allowed = 4 * limit if method == "auto" else min(limit, max(LEAST, SLOWER * best))
-        time, status, reason = run(problem, task, method, allowed)
-        row[method] = time if status == "converged" else ""
-        if status == "converged" and method != "auto":
-            best = min(best, time)
-    return row | {"auto_status": status, "auto_reason": reason}
+        time, error, status, reason = run(problem, task, method, allowed)
+        solved = (time, error) if status == "converged" else ("", "")
+        best = min(best, time if status == "converged" else np.inf)
+        yield task_row(task.name, method, *solved) | known | {"status": status, "reason": reason}
 
 
 def corpus_of(options: argparse.Namespace) -> Path:
@@ -146,7 +145,7 @@ def main() -> None:
         and (not options.only or any(part in task.step.name for part in options.only))
     ]
     given = options.methods, options.limit
-    table = fill(options.out / "profile.csv", wanted, lambda task: [measure(task, *given)])
+    table = fill(options.out / "profile.csv", wanted, lambda task: measure(task, *given))
     for half in ("tuning", "held-out"):
         print(f"{half}:\n{profile(table, half)}")
 

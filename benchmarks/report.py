@@ -20,27 +20,32 @@ from typing import Any
 
 from common import ROOT
 from figures import error, finished, label
-from targets import accuracy, feasible, file_targets, ratio, targets
-from views import Columns, Results, Rows, cell, digits, grouped, in_ms, pivot, scientific, short, table, view
+from targets import accuracy, file_targets, half_profile, targets
+from views import Columns, Results, Rows, by_task, cell, digits, grouped, pivot, short, table, view
 
 View = Callable[[Rows], str]
 
 
+def runs(r: Results) -> dict[tuple[str, str], dict[str, str]]:
+    """Rows of beside.csv by scene and engine, at the time step of the scene."""
+    return {(row["task"], row["method"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
+
+
 def numbers(r: Results, benchmarks: str, engines: str) -> str:
     """The four figures of the home page and of the README; the links lead to the pages of these names."""
-    rows = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
+    rows = runs(r)
     slope, robot = ([rows[s, e] for e in (OURS, OTHER)] for s in ("incline-0.99", "quadruped"))
     creep, theirs = (digits(row["creep"], 1e3) for row in slope)
-    step, their_step = (digits(row["step"], 1e6) for row in robot)
+    step, their_step = (digits(row["time"], 1e6) for row in robot)
     names = ", ".join(f"{label(row['family'])} {row['version']}" for row in slope)
-    wall = next(row for row in r["simulation"] if row["name"] == "B4 wall under impact")
+    wall = next(row for row in r["simulation"] if row["task"] == "B4 wall under impact")
     files = accuracy(r["files"], "coulomb", 1e-4)
-    solved = sum(float(row["residual"]) <= 1e-4 for row in files)
+    solved = sum(float(row["error"]) <= 1e-4 for row in files)
     return f"""- **{creep} mm/s** creep of a cube at 0.99 of the angle at which it slides; MuJoCo, defaults: \
 {theirs} mm/s ([engines]({engines}))
 - **{step} µs** per step of a robot with four legs that falls; MuJoCo, defaults: {their_step} µs \
 ([engines]({engines}); measured with {names}, {slope[0]["date"]})
-- **{1e3 * float(wall["step"]):.0f} ms** per step of {1e3 * float(wall["dt"]):.0f} ms of a wall of 750 \
+- **{1e3 * float(wall["time"]):.0f} ms** per step of {1e3 * float(wall["dt"]):.0f} ms of a wall of 750 \
 bricks under impact, {float(wall["contacts"]):.0f} contacts, on one core, to a residual of \
 {float(wall["tolerance"]):g} ([benchmarks]({benchmarks}))
 - **{solved} of {len(files)}** contact problems of other engines are solved to a residual of 0.0001, with \
@@ -50,13 +55,13 @@ Coulomb's law ([benchmarks]({benchmarks}))"""
 # docs/benchmarks.md.
 
 SCENES: Columns = {
-    "scene": "name", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
-    "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "step ms",
+    "scene": "task", "bodies": "bodies", "contacts": "contacts .0f", "joint rows": "joint_rows .0f",
+    "h (ms)": "dt ms", "tolerance": "tolerance .0e", "time per step (ms)": "time ms",
     "real-time factor": "real_time_factor x1",
-    "all cores over one": lambda row: speedup(row), "worst residual": "residual_worst .1e",
+    "all cores over one": lambda row: speedup(row), "worst residual": "error .1e",
 }  # fmt: skip
 UNSOLVED: Columns = {
-    "file": "file", "law": "law", "tolerance": "tolerance .1e", "residual": "residual .1e",
+    "file": "task", "law": "law", "tolerance": "tolerance .1e", "residual": "error .1e",
     "status": "status", "time (ms)": "time ms",
 }  # fmt: skip
 BOUNDS: Columns = {
@@ -96,7 +101,7 @@ def summary(r: Results, link: str) -> str:
         lines += ["### Order of a step", r.origin("orders"), ORDERS.format(link=link)]
         heads = lambda form: (f"positions, {form}", f"velocities, {form}")  # noqa: E731
         lines += [pivot(found, "scene", "joints", orders, "scene", heads)]
-    unsolved = [row for row in r["files"] if float(row["residual"]) > float(row["tolerance"])]
+    unsolved = [row for row in r["files"] if float(row["error"]) > float(row["tolerance"])]
     lines += ["### Files that were not solved", r.origin("files"), files_solved(r)]
     return "\n\n".join([*lines, view(unsolved, UNSOLVED) if unsolved else "None."])
 
@@ -121,35 +126,33 @@ def methods(r: Results, link: str) -> str:
     def times(rows: Rows) -> list[str]:
         if rows[0]["status"] == "not applicable":
             return [""]
-        found = [in_ms(rows[0][key]) or "–" for key in ("time_1e-03", "time_1e-06")]
+        found = [cell(rows[0], f"time_{to} ms") or "–" for to in ("1e-03", "1e-06")]
         return ["–" if found == ["–", "–"] else " / ".join(found)]
 
     parts = [f"One core; `make bench` ([all results]({link}/tables.csv)). {r.origin('methods')}."]
     for law in ("associated", "coulomb"):
         rows = [row | {"name": f"`{row['method']}`"} for row in r["methods"] if row["law"] == law]
-        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", pivot(rows, "name", "scene", times)]
+        parts += [f"**`{law}`**, ms to 1e-3 / to 1e-6:", pivot(rows, "name", "task", times)]
     return "\n\n".join(parts)
 
 
 def profile(rows: Rows, half: str = "held-out") -> str:
     """On a half of the corpus, how often auto and each method alone are near the best method."""
     lines = []
-    methods, rows = feasible(rows, half)
-    for method in ("auto", *methods):
-        ratios = sorted(ratio(row, method, methods) for row in rows) or [math.nan]
+    for method, found in sorted(half_profile(rows, half).items(), key=lambda one: one[0] != "auto"):
+        ratios = sorted(found) or [math.nan]
         within = [f"{100 * sum(x <= bound for x in ratios) / len(ratios):.0f}" for bound in (1.5, 2, 5)]
         middle = f"{ratios[len(ratios) // 2]:.2f}" if math.isfinite(ratios[len(ratios) // 2]) else "–"
-        failed = f"{sum(not row[method] for row in rows)}"
-        lines.append((f"`{method}`", f"{len(rows)}", *within, middle, failed))
+        lines.append((f"`{method}`", f"{len(found)}", *within, middle, f"{sum(map(math.isinf, found))}"))
     header = ("method", "solves", "within 1.5 (%)", "within 2", "within 5", "median", "not solved")
     return table(header, lines)
 
 
 # docs/engine-curves.md.
 
-OURS, OTHER = "amontons, 1e-6", "MuJoCo"
+OURS, LOOSE, OTHER = "amontons, 1e-6", "amontons, 1e-3", "MuJoCo"
 SETTINGS: Columns = {
-    "setting, with its manual": lambda row: f"[{row['engine']}]({row['manual']})", "version": "version",
+    "setting, with its manual": lambda row: f"[{row['method']}]({row['manual']})", "version": "version",
     "options": lambda row: f"`{row['options']}`" if row["options"] else "defaults",
 }  # fmt: skip
 """What each engine was given, and the page of its manual."""
@@ -176,7 +179,7 @@ def least(rows: Rows) -> tuple[str, str]:
     off = error(found)
     shown = "< 1e-6" if off < 1e-9 else "inf" if math.isinf(off) else digits(off, 1e3)
     # A blank: the scene has no answer.
-    return shown if found["off"] else "", digits(found["cost"], 1e3)
+    return shown if found["error"] else "", digits(found["cost"], 1e3)
 
 
 def versions(beside: Rows) -> str:
@@ -196,19 +199,18 @@ def load(beside: Rows) -> str:
 def solvers(rows: Rows) -> str:
     """A solver a line, for files and steps, a number per tolerance: the problems solved by each measure, and
     the time over ours where both solve."""
-    ours = {(row["file"], row["tolerance"]): row for row in rows if row["solver"] == "amontons"}
-    kinds = [{"kind": "steps" if row["file"].startswith("step ") else "files", **row} for row in rows]
+    times = by_task(r | {"task": r["task"] + r["tolerance"]} for r in rows if r["solved"] == "True")
+    kinds = [{"kind": "steps" if row["task"].startswith("step ") else "files", **row} for row in rows]
     lines = []
-    for (kind, solver), own in grouped(kinds, "kind", "solver").items():
+    for (kind, solver), own in grouped(kinds, "kind", "method").items():
         cells = []
         for (tolerance,), mine in grouped(own, "tolerance").items():
             answered = [row for row in mine if row["time"]]
             by_ours, by_theirs = (
-                sum(float(row[key]) <= float(tolerance) for row in answered) for key in ("residual", "error")
+                sum(float(r[key]) <= float(tolerance) for r in answered) for key in ("error", "their_error")
             )
-            pairs = [(row, ours[row["file"], tolerance]) for row in answered]
-            ratios = [float(a["time"]) / float(b["time"]) for a, b in pairs
-                      if a["solved"] == b["solved"] == "True"]  # fmt: skip
+            solved = [times.get(row["task"] + tolerance, {}) for row in mine]
+            ratios = [t[solver] / t["amontons"] for t in solved if {solver, "amontons"} <= t.keys()]
             middle = digits(median(ratios)) if ratios else "-"
             faster = f"{sum(ratio < 1 for ratio in ratios)} of {len(ratios)}"
             cells.append((f"{by_ours}", f"{by_theirs}", f"{len(mine) - len(answered)}", middle, faster))
@@ -220,7 +222,7 @@ def solvers(rows: Rows) -> str:
 
 def exponent(rows: Iterable[Mapping[str, Any]]) -> float:
     """The slope of log(time of a step) over log(size) by least squares."""
-    points = [(math.log(float(r["size"])), math.log(float(r["step"]))) for r in rows if r["step"] != ""]
+    points = [(math.log(float(r["size"])), math.log(float(r["time"]))) for r in rows if r["time"] != ""]
     return linear_regression(*zip(*points, strict=True)).slope if len(points) > 1 else math.nan
 
 
@@ -230,16 +232,11 @@ def growth_words(rows: Rows) -> str:
     faster: dict[str, list[str]] = {"MuJoCo": [], "amontons": []}
     dearer = []
     for family, words in LARGER.items():
-        loose, ours, theirs = (
-            {float(row["size"]): float(row["step"]) for row in rows
-             if row["step"] and (row["family"], row["engine"]) == (family, engine)}
-            for engine in ("amontons, 1e-3", OURS, OTHER)
-        )  # fmt: skip
-        sizes = sorted(ours.keys() & theirs.keys())
-        ratios = [theirs[size] / ours[size] for size in (sizes[0], sizes[-1])]
-        faster["MuJoCo" if ratios[1] > ratios[0] else "amontons"].append(words)
-        largest = max(loose.keys() & ours.keys())
-        dearer += [words] * (loose[largest] > ours[largest])
+        sizes = by_task([row for row in rows if row["task"] == family], "size").values()
+        ratios = [times[OTHER] / times[OURS] for times in sizes if {OURS, OTHER} <= times.keys()]
+        faster["MuJoCo" if ratios[-1] > ratios[0] else "amontons"].append(words)
+        loose = [times[LOOSE] > times[OURS] for times in sizes if {OURS, LOOSE} <= times.keys()]
+        dearer += [words] * loose[-1]
     grow = "; ".join(f"{engine} with {', '.join(words)}" for engine, words in faster.items() if words)
     more = f" A step to 1e-3 takes longer than one to 1e-6 at the largest size of {', '.join(dearer)}."
     return f"The time grows faster than that of the other engine: {grow}.{more * bool(dearer)}"
@@ -247,7 +244,7 @@ def growth_words(rows: Rows) -> str:
 
 def curves(r: Results, link: str) -> str:
     beside = r["beside"]
-    settings = list({row["engine"]: row for row in beside}.values())
+    settings = list({row["method"]: row for row in beside}.values())
     errors = pivot(beside, "case", "family", least, "scene: error, time per simulated second",
                    lambda family: (f"{label(family)} (mm)", "(ms/s)"))  # fmt: skip
     parts = ["## Least error of each engine", r.origin("beside"), load(beside), errors]
@@ -255,7 +252,7 @@ def curves(r: Results, link: str) -> str:
     if rows := r["solvers"]:
         asked = "Numbers are for 1e-4, 1e-6 and 1e-8."
         parts += ["## Solvers, table", f"{r.origin('solvers')}. {asked}", solvers(rows)]
-    slopes = pivot(r["growth"], "family", "engine", lambda rows: [f"{exponent(rows):z.2f}"], "family")
+    slopes = pivot(r["growth"], "task", "method", lambda rows: [f"{exponent(rows):z.2f}"], "family")
     parts += ["## Growth, table", r.origin("growth"), slopes]
     parts += [f"[Times of a step by size]({link}/growth.csv)."]
     if budgets := r["budgets"]:
@@ -366,7 +363,7 @@ def adams(rows: Rows) -> str:
 
     def worst(mine: Rows) -> str:
         row = max(mine, key=lambda row: float(row["rms"]), default=None)
-        return scientific(row["rms"]) + " (no)" * (row["met"] == "no") if row else ""
+        return cell(row, "rms .1e") + " (no)" * (row["met"] == "no") if row else ""
 
     missed = {row["case"] for row in rows if row["met"] == "no"}
     lines = [
@@ -407,9 +404,8 @@ UNITS = {"mm": 1e3, "mm/s": 1e3, "us": 1e6, "ms": 1e3, "%": 1e2, "times": 1.0, "
 
 
 def with_figures(text: str, r: Results) -> str:
-    """The text with the numbers before such comments as they are in the tables; those of beside.csv are at
-    the time step of the scene."""
-    known = {(row["scene"], row["engine"]): row for row in r["beside"] if row["steps_per_dt"] == "1"}
+    """The text with the numbers before such comments as they are in the tables."""
+    known = runs(r)
 
     def figure(found: re.Match[str]) -> str:
         number, unit, scene, engine, column = found.groups()

@@ -19,7 +19,7 @@ import amontons
 import amontons.scenes
 import numpy as np
 from amontons import Report
-from common import Row, arguments, begin, fill
+from common import Row, arguments, begin, fill, task_row
 
 MOST_WALL_CLOCK, QUICK_WALL_CLOCK = 60.0, 4.0  # s, of one scene
 AGAIN = 8.0
@@ -109,16 +109,16 @@ def row(task: Task, most: float) -> dict[str, Any]:
         name: sum(getattr(r.timings, name) for r in reports) / steps
         for name in ("collision", "assembly", "solve", "integration")
     }
-    return {
-        "name": task.name, "scene": task.scene, "law": simulation.options["law"],
+    return task_row(task.name, "amontons", sum(totals) / steps, worst("residual")) | {
+        "scene": task.scene, "law": simulation.options["law"],
         "tolerance": simulation.options["tolerance"], "dt": simulation.dt,
         "bodies": len(simulation.model.bodies), "steps": steps, "simulated": simulation.time, "wall": wall,
-        "real_time_factor": simulation.time / wall, "step": sum(totals) / steps,
-        "step_median": median(totals), "step_longest": max(totals), **phases,
-        "contacts": mean("contacts"), "most_contacts": worst("contacts"), "joint_rows": mean("joint_rows"),
+        "real_time_factor": simulation.time / wall, "step_median": median(totals),
+        "step_longest": max(totals), **phases, "contacts": mean("contacts"),
+        "most_contacts": worst("contacts"), "joint_rows": mean("joint_rows"),
         "iterations": mean("iterations"), "converged": sum(r.converged for r in reports),
-        "residual_median": median(r.residual for r in reports), "residual_worst": worst("residual"),
-        "penetration": worst("penetration"), "joint_error": worst("joint_error"),
+        "residual_median": median(r.residual for r in reports), "penetration": worst("penetration"),
+        "joint_error": worst("joint_error"),
         "steps_per_second": steps / wall, "target": task.target, "target_cores": task.cores,
     }  # fmt: skip
 
@@ -131,7 +131,7 @@ def main() -> None:
         more = on_all_cores(task, allowed) if len(allowed) > 1 and not options.quick else {}
         return [row(task, QUICK_WALL_CLOCK if options.quick else MOST_WALL_CLOCK) | more]
 
-    show = "name real_time_factor step contacts converged steps residual_worst"
+    show = "task real_time_factor time contacts converged steps error"
     fill(options.out / "simulation.csv", TASKS, rows, show)
 
 

@@ -19,7 +19,7 @@ from time import perf_counter, process_time
 import amontons
 from amontons.report.comparison import Run, compare, single_methods
 from amontons.report.figures import convergence_figures
-from common import Row, arguments, begin, fill, read, shrink, tracked, write_csv
+from common import Row, arguments, begin, fill, read, shrink, task_row, tracked, write_csv
 
 SCENES = ("B1_s30", "B3_s10", "B3T_s10", "B4_s60", "B4_impact+5")
 REPEATS = 5
@@ -71,11 +71,10 @@ def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> Row:
             walls.append(perf_counter() - start)
             times.append(s.time)
             processor.append(process_time() - busy)
-    return {
-        "scene": task.scene, "method": task.method, "law": task.law, "tolerance": task.tolerance,
-        "used": s.method, "status": s.status, "residual": s.residual, "iterations": s.iterations,
-        "products": s.products, "factorizations": s.factorizations, "objective": s.objective,
-        "time": median(times), "wall": median(walls), "processor_time": median(processor),
+    return task_row(task.scene, task.method, median(times), s.residual) | {
+        "law": task.law, "tolerance": task.tolerance, "used": s.method, "status": s.status,
+        "iterations": s.iterations, "products": s.products, "factorizations": s.factorizations,
+        "objective": s.objective, "wall": median(walls), "processor_time": median(processor),
         "fastest": min(walls), "target": task.target,
     }  # fmt: skip
 
@@ -83,11 +82,10 @@ def timed(problem: amontons.vi.Problem, task: Task, repeats: int) -> Row:
 def method_row(run: Run, law: str) -> Row:
     """Products and time are also those of the first iterate with a residual at or below each level."""
     s = run.solution
-    row: Row = {"scene": run.problem, "law": law, "method": run.method}
     if s is None:
-        return row | {"status": "not applicable"}
-    fields = ("status", "residual", "objective", "iterations", "products", "time")
-    row |= {field: getattr(s, field) for field in fields}
+        return task_row(run.problem, run.method) | {"law": law, "status": "not applicable"}
+    row = task_row(run.problem, run.method, s.time, s.residual) | {"law": law}
+    row |= {field: getattr(s, field) for field in ("status", "objective", "iterations", "products")}
     for level in LEVELS:
         reached = [] if s.history is None else s.history[s.history["residual"] <= level]
         for field, kind in (("products", int), ("time", float)):
@@ -104,7 +102,7 @@ def main() -> None:
     problems = {scene: read(folder / f"{scene}.hdf5") for scene in SCENES}
     repeats = 2 if options.quick else REPEATS
     fill(options.out / "steps.csv", TASKS, lambda task: [timed(problems[task.scene], task, repeats)],
-         "scene law tolerance used residual wall target")  # fmt: skip
+         "task law tolerance used error wall target")  # fmt: skip
     compare_methods(problems, options.quick, options.out, options.figures)
 
 

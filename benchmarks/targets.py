@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from statistics import median
 
-from views import Results, Row, Rows, grouped, in_ms, power, scientific, table
+from views import Results, Rows, by_task, grouped, in_ms, over_best, power, scientific, table
 
 LARGE = 200  # contacts from which on every file is to be solved faster than by Clarabel
-PROFILE_KEYS = ("task", "half", "rows", "law", "tolerance", "warm", "auto", "auto_status", "auto_reason")
 SOLVED = (("associated", 1e-4, None), ("associated", 1e-8, 50), ("coulomb", 1e-4, 54), ("coulomb", 1e-6, 45),
           ("coulomb", 1e-8, 54))  # fmt: skip
 """Law, tolerance, and how many of the 56 files are to be solved; None: all, as of a sample."""
@@ -26,19 +25,19 @@ def accuracy(files: Rows, law: str, tolerance: float) -> Rows:
 
 
 def file_targets(r: Results) -> Iterable[Line]:
-    files, duels = r["files"], r["clarabel"]
+    files, duels = r["files"], by_task(r["clarabel"])
     for law, tolerance, wanted in SOLVED:
         if rows := accuracy(files, law, tolerance):
-            solved, wanted = sum(float(row["residual"]) <= tolerance for row in rows), wanted or len(rows)
+            solved, wanted = sum(float(row["error"]) <= tolerance for row in rows), wanted or len(rows)
             what = f"files solved to {level(tolerance)}, {law}"
             yield what, f"{wanted}", f"{solved} of {len(rows)}", solved >= min(wanted, len(rows))
     both = [accuracy(files, law, 1e-8) for law in ("coulomb", "associated")]
     if all(both):
         # A file that is not solved takes the whole of its deadline.
-        done = {row["file"] for row in both[0] if float(row["residual"]) <= 1e-8}
-        what, every = "time to 1e-8, coulomb over associated", {row["file"] for row in both[0]}
+        done = {row["task"] for row in both[0] if float(row["error"]) <= 1e-8}
+        what, every = "time to 1e-8, coulomb over associated", {row["task"] for row in both[0]}
         for some in (every, done) if len(done) < len(both[0]) else (every,):
-            theirs, ours = (sum(float(row["time"]) for row in rows if row["file"] in some) for rows in both)
+            theirs, ours = (sum(float(row["time"]) for row in rows if row["task"] in some) for rows in both)
             yield what, "5", f"{theirs / ours:.1f}", theirs <= 5 * ours
             what = f"the same, of the {len(done)} files that are solved"
     trusted = [
@@ -49,10 +48,11 @@ def file_targets(r: Results) -> Iterable[Line]:
         what = f"objective, relative difference on the {len(trusted)} files with a reference to 1e-8"
         yield what, "1e-6", scientific(max(trusted)), max(trusted) <= 1e-6
     if files and duels:
-        ours, theirs = (sum(float(row[key]) for row in duels) for key in ("wall", "clarabel_time"))
+        ours, theirs = (sum(times[solver] for times in duels.values()) for solver in ("amontons", "Clarabel"))
         reached = f"{ours / theirs:.2f} ({1e3 * ours:.0f} ms, {1e3 * theirs:.0f} ms)"
         yield "total time to 1e-4 over that of Clarabel", "1", reached, ours <= theirs
-        if large := [float(row["ratio"]) for row in duels if int(row["contacts"]) >= LARGE]:
+        contacts = {row["task"]: int(row["contacts"]) for row in files}
+        if large := [t["amontons"] / t["Clarabel"] for file, t in duels.items() if contacts[file] >= LARGE]:
             what = f"the same, worst of the {len(large)} files with {LARGE} contacts or more"
             yield what, "below 1", f"{max(large):.2f}", max(large) < 1
 
@@ -77,8 +77,8 @@ def kernel_targets(r: Results) -> Iterable[Line]:
 def step_targets(r: Results) -> Iterable[Line]:
     for row in r["steps"]:
         by = "" if row["method"] == "auto" else f", {row['method']}"
-        what = f"{row['scene']}, {row['law']}, to {level(row['tolerance'])}{by}"
-        met = float(row["wall"]) <= float(row["target"]) and float(row["residual"]) <= float(row["tolerance"])
+        what = f"{row['task']}, {row['law']}, to {level(row['tolerance'])}{by}"
+        met = float(row["wall"]) <= float(row["target"]) and float(row["error"]) <= float(row["tolerance"])
         yield what, f"{in_ms(row['target'])} ms", f"{in_ms(row['wall'])} ms", met
 
 
@@ -87,7 +87,7 @@ def scene_targets(r: Results) -> Iterable[Line]:
         wanted, cores = float(row.get("target") or 0), row.get("target_cores")
         told = row["steps_per_second"] if cores == "1" else row.get("steps_per_second_all")
         if wanted and told:
-            name, speed = row["name"], float(told)
+            name, speed = row["task"], float(told)
             where = "one core" if cores == "1" else f"{cores} cores"
             yield f"{name}, steps/s on {where}", f"{wanted:g}", f"{speed:.3g}", speed >= wanted
             converged, steps = int(row["converged"]), int(row["steps"])
@@ -107,26 +107,17 @@ def robot_targets(r: Results) -> Iterable[Line]:
         yield f"{what}, slowest", "0.25", f"{least:.2g} ({slowest})", least >= 0.25
 
 
-def feasible(rows: Rows, half: str) -> tuple[list[str], Rows]:
-    """The methods, and the solves of this half of the corpus that one of them does."""
-    rows = [row for row in rows if row["half"] == half]
-    methods = [key for key in (rows[0] if rows else ()) if key not in PROFILE_KEYS]
-    return methods, [row for row in rows if any(row[m] for m in methods)]
-
-
-def ratio(row: Row, method: str, methods: Sequence[str]) -> float:
-    """The time of a method over the best one's; infinite where it fails."""
-    return float(row[method]) / min(float(row[m]) for m in methods if row[m]) if row[method] else math.inf
+def half_profile(rows: Rows, half: str) -> dict[str, list[float]]:
+    """Of each method, on a half of the corpus: the time over that of the best single method."""
+    return over_best([row for row in rows if row["half"] == half], "auto")
 
 
 def profile_targets(r: Results) -> Iterable[Line]:
     """auto on problems that it was not tuned on, beside the best single method for each."""
-    methods, rows = feasible(r["profile"], "held-out")
-    if rows:
-        near = sum(ratio(row, "auto", methods) <= 1.5 for row in rows)
-        failed = sum(not row["auto"] for row in rows)
+    if found := half_profile(r["profile"], "held-out").get("auto"):
+        near, failed = sum(ratio <= 1.5 for ratio in found), sum(map(math.isinf, found))
         what = "held-out solves within 1.5 of the best method"
-        yield what, "100 %", f"{100 * near / len(rows):.0f} %", near == len(rows)
+        yield what, "100 %", f"{100 * near / len(found):.0f} %", near == len(found)
         yield "held-out solves that another method does, and `auto` does not", "0", f"{failed}", not failed
 
 

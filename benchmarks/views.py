@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,27 @@ def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[tuple[str, ...],
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
     return groups
+
+
+def by_task(
+    rows: Iterable[Mapping[str, Any]], task: str = "task", method: str = "method", time: str = "time"
+) -> dict[str, dict[str, float]]:
+    """Of each task the least time of each method that has one; other columns may take their places."""
+    found: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row[time] != "":
+            times = found.setdefault(row[task], {})
+            times[row[method]] = min(float(row[time]), times.get(row[method], math.inf))
+    return found
+
+
+def over_best(rows: Sequence[Mapping[str, Any]], *apart: str) -> dict[str, list[float]]:
+    """Of each method: its time over the least on each task that a method other than those apart solves;
+    infinite where it fails."""
+    tasks = [(times, [times[method] for method in times.keys() - apart]) for times in by_task(rows).values()]
+    best = [(times, min(others)) for times, others in tasks if others]
+    methods = dict.fromkeys(row["method"] for row in rows)
+    return {method: [times.get(method, math.inf) / least for times, least in best] for method in methods}
 
 
 def pivot(

@@ -54,7 +54,7 @@ def renew_times(chosen: Sequence[Case], keys: Sequence[str], limit: float, path:
     """Writes the table after each scene, so that a run that is stopped keeps what it has."""
     rows: list[Any] = read_csv(path)
     for case in tracked(chosen, "times"):
-        for each in sorted({int(row["steps_per_dt"]) for row in rows if row["scene"] == case.key}):
+        for each in sorted({int(row["steps_per_dt"]) for row in rows if row["task"] == case.key}):
             timed = replace(case, pieces=False, repeats=False)
             put_times(rows, compete(timed, chosen_engines(list(keys)), limit, each))
         write_csv(path, merged(rows, []))

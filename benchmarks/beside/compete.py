@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from common import Row
+from common import Row, task_row
 
 from .engine import Engine, Running, Timed, engines
 from .measure import Measure
@@ -63,7 +63,7 @@ def compete(case: Case, chosen: Iterable[Engine], limit: float, steps_per_dt: in
         entry.running.close()
     missing += [lacking(case, e.engine, steps_per_dt, e.why) for e in entries if not e.times]
     for row in missing:
-        print(f"beside: {case.name}: {row['engine']}: {row['ended']}")
+        print(f"beside: {case.name}: {row['method']}: {row['ended']}")
     return [row_of(case, entry, steps, steps_per_dt, reference) for entry in entries if entry.times]
 
 
@@ -120,19 +120,19 @@ def repeated(entry: Entry, scene: Scene, dt: float, steps: int) -> float | str:
 
 
 def lacking(case: Case, engine: Engine, steps_per_dt: int, why: str) -> Row:
-    return {"scene": case.key, "engine": engine.name, "steps_per_dt": steps_per_dt, "ended": why}
+    return task_row(case.key, engine.name) | {"steps_per_dt": steps_per_dt, "ended": why}
 
 
 def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: Sequence[float]) -> Row:
     done, dt = len(entry.times) / PARTS, case.dt / steps_per_dt
-    timed = entry.columns(steps, dt, reference)
+    timed, verdict = entry.columns(steps, dt, reference), entry.measure.verdict(done)
     variant = entry.engine.variant
-    return {
-        "scene": case.key, "case": case.name, "family": entry.engine.key, "engine": variant.name,
-        "version": entry.running.version, "options": " ".join(f"{k}={v}" for k, v in variant.options.items()),
+    return task_row(case.key, variant.name, timed.pop("time"), verdict.pop("error")) | {
+        "case": case.name, "family": entry.engine.key, "version": entry.running.version,
+        "options": " ".join(f"{k}={v}" for k, v in variant.options.items()),
         "manual": variant.manual, "tuned": variant.tuned, "steps_per_dt": steps_per_dt, "dt": dt,
-        "steps": timed["timed"], **{key: timed.pop(key) for key in ("step", "cost", "ratio")},
-        **entry.measure.verdict(done), "restored": entry.restored, "repeated": entry.repeated,
+        "steps": timed["timed"], "cost": timed.pop("cost"), "ratio": timed.pop("ratio"),
+        **verdict, "restored": entry.restored, "repeated": entry.repeated,
         "deviation": entry.deviation, "ended": "" if done == 1 else entry.why,
         **timed, "date": timed["timed_on"],
     }  # fmt: skip
@@ -141,9 +141,9 @@ def row_of(case: Case, entry: Entry, steps: int, steps_per_dt: int, reference: S
 def ratios(rows: Iterable[Mapping[str, Any]]) -> dict[str, float]:
     """Our time over MuJoCo's by scene, both as they are by default, at the scene's step."""
     return {
-        r["scene"]: float(r["ratio"])
+        r["task"]: float(r["ratio"])
         for r in rows
-        if r["engine"] == OURS and r["ratio"] != "" and str(r["steps_per_dt"]) == "1"
+        if r["method"] == OURS and r["ratio"] != "" and str(r["steps_per_dt"]) == "1"
     }
 
 
@@ -173,7 +173,7 @@ def checked(rows: list[Any], before: Sequence[Mapping[str, Any]], cases: Iterabl
 
 def shown(r: Mapping[str, Any]) -> str:
     text = (
-        f"{r['case']}, {r['engine']}, {1e3 * float(r['dt']):g} ms: {1e6 * float(r['step']):.3g} us a step, "
+        f"{r['case']}, {r['method']}, {1e3 * float(r['dt']):g} ms: {1e6 * float(r['time']):.3g} us a step, "
     )
-    off = "" if r["off"] == "" else f"off by {1e3 * float(r['off']):.2g} mm"
+    off = "" if r["error"] == "" else f"off by {1e3 * float(r['error']):.2g} mm"
     return text + off + (f" ({r['ended']})" if r["ended"] else "")

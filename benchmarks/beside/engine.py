@@ -124,12 +124,12 @@ class Timed:
         return not self.why
 
     def columns(self, steps: int, dt: float, reference: Sequence[float]) -> dict[str, Any]:
-        """`step`: the mean (s); `ratio`: to the reference, the median of equal parts of so many steps, so
-        that a disturbance of some does not count. `load`: programs that ran in the last minute, over all
-        cores."""
+        """`time`: the mean of a step (s); `ratio`: to the reference, the median of equal parts of so many
+        steps, so that a disturbance of some does not count. `load`: programs that ran in the last minute,
+        over all cores."""
         mean, pairs = fmean(self.times), list(zip(self.times, reference, strict=False))
         return {
-            "step": mean, "cost": mean / dt, "ratio": median(a / b for a, b in pairs) if pairs else "",
+            "time": mean, "cost": mean / dt, "ratio": median(a / b for a, b in pairs) if pairs else "",
             "timed": steps * len(self.times), "machine": machine()["processor"],
             "load": round(os.getloadavg()[0], 1), "timed_on": date.today().isoformat(),
         }  # fmt: skip

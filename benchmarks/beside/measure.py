@@ -95,7 +95,7 @@ class Measure:
         return turn, arm, motion.linear + np.cross(motion.angular, arm)
 
     def verdict(self, done: float) -> dict[str, Any]:
-        """`done`: the part of the run that was made. `off`: see `distances`."""
+        """`done`: the part of the run that was made. `error`: see `distances`."""
         complete = done == 1.0
         case, half = self.case, 0.5 * self.case.duration
         creep = float(np.linalg.norm(self.last.positions - self.settled.positions, axis=1).max()) / half
@@ -122,7 +122,7 @@ class Measure:
             "energy_drift": drift,
             "momentum_drift": turning,
             "measured": float(np.mean(self.missed)) if self.missed else "",
-            "off": math.inf if self.lost and lengths else max(lengths, default=""),
+            "error": math.inf if self.lost and lengths else max(lengths, default=""),
         }  # fmt: skip
 
     def distances(self, rise: float) -> list[float]:

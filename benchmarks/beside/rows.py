@@ -12,11 +12,11 @@ Row = Mapping[str, Any]
 STATES = ("penetration", "creep", "lift", "joint_error", "energy_rise", "energy_drift")
 """Columns that settings should change."""
 
-TIMES = ("step", "cost", "ratio", "timed", "machine", "load", "timed_on")
+TIMES = ("time", "cost", "ratio", "timed", "machine", "load", "timed_on")
 
 
 def key(row: Row) -> tuple[str, str, str]:
-    return row["scene"], row["engine"], str(row["steps_per_dt"])
+    return row["task"], row["method"], str(row["steps_per_dt"])
 
 
 def merged(before: Iterable[Row], found: Sequence[Row]) -> list[Any]:
@@ -24,12 +24,12 @@ def merged(before: Iterable[Row], found: Sequence[Row]) -> list[Any]:
     column that older rows lack is blank there."""
     order = {scene: k for k, scene in enumerate(keys())}
     names = [v.name for n in NAMES for v in adapter(n).VARIANTS]
-    rows = {key(r): r for r in before if r["scene"] in order and r["engine"] in names}
+    rows = {key(r): r for r in before if r["task"] in order and r["method"] in names}
     rows |= {key(r): r for r in found}
     columns = dict.fromkeys(column for r in [*found, *rows.values()] for column in r)
     return sorted(
         ({column: r.get(column, "") for column in columns} for r in rows.values()),
-        key=lambda r: (order[r["scene"]], names.index(r["engine"]), int(r["steps_per_dt"])),
+        key=lambda r: (order[r["task"]], names.index(r["method"]), int(r["steps_per_dt"])),
     )
 
 
@@ -42,7 +42,7 @@ def put_times(rows: Iterable[dict[str, Any]], found: Iterable[Row]) -> None:
         if fresh["version"] == row["version"]:
             row.update({column: fresh[column] for column in TIMES})
         else:
-            name, here, there = row["engine"], fresh["version"], row["version"]
+            name, here, there = row["method"], fresh["version"], row["version"]
             print(f"beside: {name} is {here} here, {there} in the table: run it whole")
 
 
@@ -52,9 +52,9 @@ def unlike_defaults(rows: Iterable[Row]) -> list[str]:
     default: dict[str, str] = {}
     for r in rows:
         state = tuple(f"{float(r[c]):.6g}" if str(r[c]) not in ("", "inf") else str(r[c]) for c in STATES)
-        tables.setdefault((r["family"], r["engine"]), {})[r["scene"], str(r["steps_per_dt"])] = state
+        tables.setdefault((r["family"], r["method"]), {})[r["task"], str(r["steps_per_dt"])] = state
         if str(r["tuned"]) == "False":
-            default.setdefault(r["family"], r["engine"])
+            default.setdefault(r["family"], r["method"])
     complaints = []
     for (family, engine), table in tables.items():
         first = default.get(family)

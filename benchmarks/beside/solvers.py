@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import amontons
 import numpy as np
 import scipy.sparse as sp
-from common import RESULTS, Row, arguments, begin, read, read_csv, tracked, write_csv
+from common import RESULTS, Row, arguments, begin, read, read_csv, task_row, tracked, write_csv
 
 from .engine import ENVIRONMENTS, Worker
 from .plain import Unsupported
@@ -109,15 +109,14 @@ def steps(quick: bool) -> Iterator[tuple[str, amontons.vi.Problem]]:
 
 def rows_of(name: str, problem: amontons.vi.Problem, siconos: Siconos) -> Iterator[Row]:
     def row(solver: str, tolerance: float, **more: Any) -> Row:
-        empty = {"time": "", "solved": False, "error": "", "residual": ""}
-        return {"file": name, "contacts": problem.contacts, "solver": solver,
-                "tolerance": tolerance, **empty, **more}  # fmt: skip
+        known = {"contacts": problem.contacts, "tolerance": tolerance, "solved": False, "their_error": ""}
+        return task_row(name, solver) | known | more
 
     siconos.read(problem)
     for tolerance in TOLERANCES:
         s = problem.solve(law="coulomb", tolerance=tolerance, deadline=DEADLINE)
-        yield row("amontons", tolerance, time=s.time, solved=s.residual <= tolerance,
-                  error=siconos.error(s.x, tolerance), residual=s.residual,
+        yield row("amontons", tolerance, time=s.time, error=s.residual, solved=s.residual <= tolerance,
+                  their_error=siconos.error(s.x, tolerance),
                   version=amontons.__version__)  # fmt: skip
     for solver in SOLVERS:
         late = False
@@ -126,8 +125,8 @@ def rows_of(name: str, problem: amontons.vi.Problem, siconos: Siconos) -> Iterat
             if not late:
                 try:
                     more, impulses = siconos.solve(solver, tolerance)
-                    more["error"] = siconos.error(impulses, tolerance)
-                    more["residual"] = problem.residual(impulses, law="coulomb")
+                    more["their_error"] = siconos.error(impulses, tolerance)
+                    more["error"] = problem.residual(impulses, law="coulomb")
                 except Unsupported:
                     late = True
             yield row(f"Siconos {solver}", tolerance, **more, version=siconos.version)
@@ -149,12 +148,12 @@ def main() -> None:
     path = options.out / "solvers.csv"
     found: dict[tuple[str, str, str], Row] = {}
     if options.only:
-        found = {(r["file"], r["solver"], f"{float(r['tolerance']):g}"): r for r in read_csv(path)}
+        found = {(r["task"], r["method"], f"{float(r['tolerance']):g}"): r for r in read_csv(path)}
     with TemporaryDirectory() as folder:
         siconos = Siconos(python, Path(folder))
         for name, problem in tracked(problems, "solvers"):
             for row in rows_of(name, problem, siconos):
-                found[name, row["solver"], f"{row['tolerance']:g}"] = row
+                found[name, row["method"], f"{row['tolerance']:g}"] = row
             write_csv(path, found.values())
         siconos.worker.end()
 

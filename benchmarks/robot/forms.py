@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import replace
-from statistics import median
+from statistics import fmean, median
 from time import perf_counter, thread_time_ns
 from typing import Any
 
@@ -20,7 +20,7 @@ from common import random_controls
 
 from robot.loading import beside, our_model
 from robot.motion import mujoco_actuator
-from robot.trials import joint_error
+from robot.trials import worst_of
 
 TURN = 50
 """Steps of one program before the next one has its turn."""
@@ -31,34 +31,26 @@ FORMS = {"rows": "none", "trees": "auto"}
 
 
 class Ours:
-    """A simulation, and the sums over its steps."""
+    """A simulation, and the times (s) and reports of its steps."""
 
     def __init__(self, model: amontons.Model, dt: float, controls: dict[str, float]) -> None:
         self.simulation = amontons.Simulation(model, dt=dt, on_failure="ignore")
         for name, value in controls.items():
             self.simulation.set_control(name, value)
         self.times: list[float] = []
-        self.missed = 0
-        self.residual = self.joint_error = self.joint_rows = self.contacts = 0.0
+        self.reports: list[amontons.Report] = []
 
     def step(self) -> None:
         before = thread_time_ns()
-        report = self.simulation.step()
+        self.reports.append(self.simulation.step())
         self.times.append(1e-9 * (thread_time_ns() - before))
-        self.missed += not report.converged
-        self.residual = max(self.residual, report.residual)
-        self.joint_error = max(self.joint_error, joint_error(report, self.simulation.model.length))
-        self.joint_rows += report.joint_rows
-        self.contacts += report.contacts
 
     def facts(self, form: str) -> dict[str, Any]:
-        steps = max(1, len(self.times))
-        return {
-            form: median(counted(self.times)), f"{form}_missed": self.missed,
-            f"{form}_residual": self.residual, f"{form}_joint_error": self.joint_error,
-            f"{form}_joint_rows": self.joint_rows / steps, f"{form}_contacts": self.contacts / steps,
-            f"{form}_longest": max(self.times),
+        found = worst_of(self.reports, self.simulation.model.length) | {
+            "joint_rows": fmean(r.joint_rows for r in self.reports),
+            "contacts": fmean(r.contacts for r in self.reports), "longest": max(self.times),
         }  # fmt: skip
+        return {form: median(counted(self.times))} | {f"{form}_{key}": value for key, value in found.items()}
 
 
 class Theirs:

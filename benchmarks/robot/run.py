@@ -26,7 +26,7 @@ from robot.energy import Energy
 from robot.forms import compare
 from robot.loading import beside, our_model
 from robot.motion import Ends, free_motion
-from robot.trials import driven, joint_error, keyframes
+from robot.trials import driven, keyframes, worst_of
 
 START = 0.2  # s, after which overlaps of the initial pose should be gone
 
@@ -116,33 +116,29 @@ def our_run(
 ) -> Iterator[dict[str, Any]]:
     """A run as a user has it. Times are of the processor, so that what else runs does not count."""
     steps = max(1, math.ceil(duration / simulation.dt - 1e-9))
-    energy, said = Energy(simulation), perf_counter()
-    worst = {"missed": 0, "residual": 0.0, "contacts": 0, "penetration_start": 0.0, "penetration": 0.0}
-    worst |= {"joint_error": 0.0, "joint_error_relative": 0.0}
-    length = simulation.model.length
+    energy, said, length = Energy(simulation), perf_counter(), simulation.model.length
+    reports: list[amontons.Report] = []
     for k in range(1, steps + 1):
         before = thread_time()
         try:
-            report = simulation.step()
+            reports.append(simulation.step())
         except amontons.SimulationError as error:
             yield {"stopped": str(error)[:300], "steps": k - 1}
             return
         times.append(thread_time() - before)
-        energy.add(report)
-        worst["missed"] += not report.converged
-        worst["residual"] = max(worst["residual"], report.residual)
-        worst["contacts"] = max(worst["contacts"], report.contacts)
-        depth = "penetration_start" if report.time <= START else "penetration"
-        worst[depth] = max(worst[depth], report.penetration)
-        if report.time > START:
-            worst["joint_error"] = max(worst["joint_error"], joint_error(report, length))
-            worst["joint_error_relative"] = worst["joint_error"] / length
+        energy.add(reports[-1])
         if k == steps or perf_counter() > said + 1.0 or perf_counter() > until:
             said = perf_counter()
+            settled = [r for r in reports if r.time > START]
+            missed, apart = worst_of(reports, length)["missed"], worst_of(settled, length)["joint_error"]
             yield {
-                **worst, **energy.facts(), "steps": k, "wanted_steps": steps, "simulated": simulation.time,
-                "missed_percent": 100 * worst["missed"] / k, **of_steps(times),
-                "steps_per_second": k / sum(times),
+                "missed": missed, "residual": max(r.residual for r in reports),
+                "contacts": max(r.contacts for r in reports),
+                "penetration_start": max(r.penetration for r in reports[: k - len(settled)]),
+                "penetration": max((r.penetration for r in settled), default=0.0),
+                "joint_error": apart, "joint_error_relative": apart / length, **energy.facts(), "steps": k,
+                "wanted_steps": steps, "simulated": simulation.time, "missed_percent": 100 * missed / k,
+                **of_steps(times), "steps_per_second": k / sum(times),
             }  # fmt: skip
         if perf_counter() > until:
             return

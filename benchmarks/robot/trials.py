@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -70,32 +71,32 @@ def driven(model: amontons.Model, until: float) -> dict[str, Any]:
     simulation = amontons.Simulation(model, on_failure="ignore")
     for name, value in random_controls(model, rng).items():
         simulation.set_control(name, value)
-    energy, worst = Energy(simulation), {"missed": 0, "residual": 0.0, "joint_error": 0.0}
-    steps, wanted = 0, math.ceil(DRIVEN / simulation.dt)
-    stopped = ""
-    while steps < wanted and perf_counter() < until:
+    energy, wanted = Energy(simulation), math.ceil(DRIVEN / simulation.dt)
+    stopped, reports = "", []
+    while len(reports) < wanted and perf_counter() < until:
         try:
-            report = simulation.step()
+            reports.append(simulation.step())
         except amontons.SimulationError as error:
             stopped = str(error)[:200]
             break
-        steps += 1
-        energy.add(report)
-        worst["missed"] += not report.converged
-        worst["residual"] = max(worst["residual"], report.residual)
-        worst["joint_error"] = max(worst["joint_error"], joint_error(report, model.length))
-    gained = energy.facts()
+        energy.add(reports[-1])
+    gained, worst = energy.facts(), worst_of(reports, model.length)
     return {
-        "driven": "actuators" if model.actuators else "servos", "driven_time": steps * simulation.dt,
-        "driven_missed_percent": 100 * worst["missed"] / max(steps, 1), "driven_residual": worst["residual"],
-        "driven_joint_error": worst["joint_error"] / model.length, "driven_gain": gained["energy_gain"],
-        "driven_gain_relative": gained["energy_gain_relative"], "driven_stopped": stopped,
+        "driven": "actuators" if model.actuators else "servos", "driven_time": len(reports) * simulation.dt,
+        "driven_missed_percent": 100 * worst["missed"] / max(len(reports), 1),
+        "driven_residual": worst["residual"], "driven_joint_error": worst["joint_error"] / model.length,
+        "driven_gain": gained["energy_gain"], "driven_gain_relative": gained["energy_gain_relative"],
+        "driven_stopped": stopped,
     }  # fmt: skip
 
 
-def joint_error(report: amontons.Report, length: float) -> float:
-    """The largest of a step, angles times a length (m)."""
-    return max(report.joint_error, length * report.joint_angle_error)
+def worst_of(reports: Sequence[amontons.Report], length: float) -> dict[str, float]:
+    """Missed steps, the largest residual, and the largest error of a joint, angles times a length (m)."""
+    apart = (max(r.joint_error, length * r.joint_angle_error) for r in reports)
+    return {
+        "missed": sum(not r.converged for r in reports),
+        "residual": max((r.residual for r in reports), default=0.0), "joint_error": max(apart, default=0.0),
+    }  # fmt: skip
 
 
 def with_servos(

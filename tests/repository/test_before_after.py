@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-STEPS = "scene,law,tolerance,fastest,iterations\n"
+STEPS = "task,law,tolerance,fastest,iterations\n"
 ROBOTS = "model,step_median\n"
 
 

@@ -312,11 +312,11 @@ def test_comparison_runs(tmp_path):
     )
     assert run.returncode == 0, run.stdout + run.stderr
     with (tmp_path / "beside.csv").open() as table:
-        found = {row["engine"]: row for row in csv.DictReader(table)}
+        found = {row["method"]: row for row in csv.DictReader(table)}
     assert list(found) == ["amontons, 1e-6", "amontons, 1e-3", "MuJoCo"]
     ours = found["amontons, 1e-6"]
     assert ours["complete"] == "True"
-    assert float(ours["off"]) < 1e-9
+    assert float(ours["error"]) < 1e-9
     assert float(ours["law"]) < 1e-6
     assert float(ours["restored"]) == 0
     assert ours["version"]
@@ -359,7 +359,7 @@ def test_errors_are_what_scenes_are_about(key, off):
         )
     watch.look(motion)
     watch.look(motion)
-    found = watch.verdict(1.0)["off"]
+    found = watch.verdict(1.0)["error"]
     if off is None:
         assert found == ""
     else:
@@ -388,7 +388,7 @@ def test_an_engine_may_crash():
 
 def row(name, key="s", **more):
     return {
-        "scene": key, "family": "mujoco", "engine": name, "tuned": name != "MuJoCo", "steps_per_dt": 1,
+        "task": key, "family": "mujoco", "method": name, "tuned": name != "MuJoCo", "steps_per_dt": 1,
         "penetration": 1e-4, "creep": 1e-3, "lift": "", "joint_error": "", "energy_rise": 0.0,
         "energy_drift": "", **more,
     }  # fmt: skip
@@ -406,29 +406,29 @@ def test_tuned_settings_differ_from_their_default():
 
 # Breaks when a run of some engines or scenes loses the rows of the others, or keeps an old one of its own.
 def test_rows_are_renewed_alone():
-    first = {"scene": "stack", "engine": "MuJoCo", "steps_per_dt": "1", "step": "1"}
-    ours = {"scene": "stack", "engine": "amontons, 1e-6", "steps_per_dt": "1", "step": "2"}
-    gone = {"scene": "stack", "engine": "an engine no more", "steps_per_dt": "1", "step": "2"}
-    found = rows.merged([first, ours, gone], [ours | {"steps_per_dt": 1, "step": 3}])
-    assert [(r["engine"], r["step"]) for r in found] == [("amontons, 1e-6", 3), ("MuJoCo", "1")]
+    first = {"task": "stack", "method": "MuJoCo", "steps_per_dt": "1", "time": "1"}
+    ours = {"task": "stack", "method": "amontons, 1e-6", "steps_per_dt": "1", "time": "2"}
+    gone = {"task": "stack", "method": "an engine no more", "steps_per_dt": "1", "time": "2"}
+    found = rows.merged([first, ours, gone], [ours | {"steps_per_dt": 1, "time": 3}])
+    assert [(r["method"], r["time"]) for r in found] == [("amontons, 1e-6", 3), ("MuJoCo", "1")]
 
 
 # Breaks when new times change an error, or go to the rows of another version, step or engine.
 def test_times_are_renewed_alone():
-    known = {"scene": "launch", "steps_per_dt": "1", "version": "1", "step": "1e-5", "off": "1.5"}
-    ours, theirs = known | {"engine": "amontons, 1e-6"}, known | {"engine": "MuJoCo", "version": "0.1"}
-    others = [theirs, known | {"engine": "an engine elsewhere"}, ours | {"steps_per_dt": "4"}]
+    known = {"task": "launch", "steps_per_dt": "1", "version": "1", "time": "1e-5", "error": "1.5"}
+    ours, theirs = known | {"method": "amontons, 1e-6"}, known | {"method": "MuJoCo", "version": "0.1"}
+    others = [theirs, known | {"method": "an engine elsewhere"}, ours | {"steps_per_dt": "4"}]
     times = dict.fromkeys(rows.TIMES, 2.0)
-    new = known | times | {"steps_per_dt": 1, "off": 9.0}
+    new = known | times | {"steps_per_dt": 1, "error": 9.0}
     table = [dict(row) for row in (ours, *others)]
-    rows.put_times(table, [new | {"engine": "amontons, 1e-6"}, new | {"engine": "MuJoCo"}])
+    rows.put_times(table, [new | {"method": "amontons, 1e-6"}, new | {"method": "MuJoCo"}])
     assert table == [ours | times, *others]
 
 
 def pair(ours, key="stack"):
     return [
-        {"scene": key, "engine": "amontons, 1e-6", "steps_per_dt": 1, "ratio": ours},
-        {"scene": key, "engine": "MuJoCo", "steps_per_dt": 1, "ratio": 1.0},
+        {"task": key, "method": "amontons, 1e-6", "steps_per_dt": 1, "ratio": ours},
+        {"task": key, "method": "MuJoCo", "steps_per_dt": 1, "ratio": 1.0},
     ]
 
 
@@ -476,12 +476,12 @@ def test_siconos_solves_our_problem(tmp_path):
         pytest.skip("Siconos is not installed (python3-siconos)")
     problem = two_contacts()
     siconos = solvers.Siconos(python, tmp_path)
-    found = {(r["solver"], r["tolerance"]): r for r in solvers.rows_of("two contacts", problem, siconos)}
+    found = {(r["method"], r["tolerance"]): r for r in solvers.rows_of("two contacts", problem, siconos)}
     siconos.worker.end()
     assert len(found) == 3 * (1 + len(solvers.SOLVERS))
     tight = found["Siconos NSGS", 1e-8]
     assert tight["solved"]
-    assert tight["residual"] < 1e-6
+    assert tight["error"] < 1e-6
     impulses = np.load(tmp_path / "judged.npy")
     ours = problem.solve(law="coulomb", tolerance=1e-12).x
     np.testing.assert_allclose(problem.A @ impulses, problem.A @ ours, atol=1e-5)
@@ -523,5 +523,5 @@ def test_late_solvers_have_blank_rows(tmp_path):
 def test_exponents_are_slopes():
     import report
 
-    law = [{"size": n, "step": 3e-6 * n**1.5} for n in (10, 20, 80)]
+    law = [{"size": n, "time": 3e-6 * n**1.5} for n in (10, 20, 80)]
     assert report.exponent(law) == pytest.approx(1.5, rel=1e-9)

@@ -87,13 +87,13 @@ def test_the_tasks_of_two_steps_cover_everything(profile, stack):
 
 # Breaks when the table counts a solve that `auto` misses as done, or compares with a method that failed.
 def test_auto_is_compared_with_the_best_that_succeeds(profile, stack, monkeypatch):
-    found = {"apgd": (2.0, "converged", ""), "newton": (1.0, "stalled", "")}
-    task, rows = next(profile.tasks(stack[1:])), []
-    for status in ("converged", "stalled"):
-        given = found | {"auto": (3.0, status, "")}
+    found = {"apgd": (2.0, 0.0, "converged", ""), "newton": (1.0, 0.1, "stalled", "")}
+    rows = []
+    for task, status in zip(profile.tasks(stack[1:]), ("converged", "stalled"), strict=False):
+        given = found | {"auto": (3.0, 0.0, status, "")}
         monkeypatch.setattr(profile, "run", lambda problem, task, method, limit, given=given: given[method])
-        rows.append(profile.measure(task, ["apgd", "newton"], 1.0))
-    one, both = (profile.profile(rows[:n], rows[0]["half"]).splitlines()[2].split(" | ") for n in (1, 2))
+        rows += profile.measure(task, ["apgd", "newton"], 1.0)
+    one, both = (profile.profile(rows[:n], rows[0]["half"]).splitlines()[2].split(" | ") for n in (3, 6))
     assert one[:3] == ["| `auto`", "1", "100"]
     assert one[5:] == ["1.50", "0 |"]
     assert both[:3] == ["| `auto`", "2", "50"]

@@ -28,5 +28,5 @@ def test_figures_are_drawn_from_tables(root, figures, tmp_path):
 # Breaks when a family of sizes is measured and not drawn: it would not have a panel.
 def test_every_family_has_a_panel(root, figures):
     rows = figures.Results(root / "benchmarks" / "results" / "processor")["growth"]
-    assert {row["family"] for row in rows} == set(figures.SIZES)
-    assert {row["engine"] for row in rows} == set(figures.LINES)
+    assert {row["task"] for row in rows} == set(figures.SIZES)
+    assert {row["method"] for row in rows} == set(figures.LINES)

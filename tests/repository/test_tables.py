@@ -42,6 +42,14 @@ def test_committed_tables_are_listed():
     assert {row["table"] for row in rows(TABLES)} == named
 
 
+# Breaks when a table that compares methods or engines begins with other columns than the views read.
+def test_tables_of_methods_begin_alike():
+    of_one_form = ("steps", "methods", "files", "clarabel", "profile", "growth", "simulation")
+    beside = TABLES.parents[1] / "beside"
+    for path in [TABLES.with_name(f"{name}.csv") for name in of_one_form] + [*beside.glob("[!t]*.csv")]:
+        assert list(rows(path)[0])[:4] == ["task", "method", "time", "error"], path.name
+
+
 # Breaks when a table is kept that no part of `make bench` renews, or its line names another program.
 def test_every_table_has_its_part():
     done = run("import run_all; sys.argv[1:] = ['--list']; run_all.main()")
