@@ -105,8 +105,7 @@ def told(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
 
 def read(path: Path) -> amontons.vi.Problem:
     """The problem of a file; that its matrix was symmetrised is noted in the problem, not on the screen."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.vi.SymmetrisedWarning)
+    with warnings.catch_warnings(action="ignore", category=amontons.vi.SymmetrisedWarning):
         return amontons.vi.read_problem(path)
 
 

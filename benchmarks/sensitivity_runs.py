@@ -176,7 +176,6 @@ def judged(scene: Any, name: str, start: int) -> Row:
 
 
 def all_runs(data: Path) -> Iterator[Run]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         for runs in (scene_runs(), random_runs(), robot_runs(data), problem_runs(data)):
             yield from runs

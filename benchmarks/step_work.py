@@ -335,8 +335,7 @@ def main() -> None:
         return
     rows: list[Row] = []
     for name, make in chosen(options).items():
-        with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"), tempfile.TemporaryDirectory() as folder:
             pace = pace_of(name, options)
             try:
                 model = make()

@@ -14,22 +14,15 @@ import argparse
 import hashlib
 import os
 import shutil
-import subprocess
 import sys
 import tarfile
 import zipfile
 from pathlib import Path
 
+from make_wheel import run
+
 ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / "build" / "reproducible"
-
-
-def run(*command: object, **options: object) -> None:
-    """A command whose output is shown only if it fails."""
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload]
-    if done.returncode:
-        sys.stderr.write(done.stdout[-8000:] + done.stderr[-8000:])
-        sys.exit(f"amontons: {' '.join(map(str, command[:6]))} ... failed with {done.returncode}")
 
 
 def source(name: str) -> Path:

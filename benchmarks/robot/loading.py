@@ -47,8 +47,7 @@ def compiled_urdf(path: Path, floor: float | None) -> Any:
 
 def our_model(path: Path, trees: str = "auto") -> tuple[amontons.Model | None, dict[str, Any]]:
     """The model as it loads, or None if it is refused; and what of the file was not read."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the model has the list
+    with warnings.catch_warnings(action="ignore"):  # the model has the list
         try:
             model = replace(amontons.load_model(path), trees=trees)
         except (amontons.InputError, OSError) as error:

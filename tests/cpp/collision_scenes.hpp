@@ -12,6 +12,8 @@ namespace scenes {
 
 using namespace amontons;
 
+using Triangle = std::array<std::int32_t, 3>;
+
 // A repeatable stream of numbers in [-1, 1) (xorshift64*), the same everywhere.
 struct Random {
   std::uint64_t state = 0x9E3779B97F4A7C15u;
@@ -45,7 +47,7 @@ inline double least_gap(const std::vector<ContactPoint>& points) {
 // A prism of `sides` sides about z: its caps come as fans of triangles, which make_hull() has to merge.
 inline Hull prism(int sides, double radius, double half_length) {
   std::vector<Vec3> vertices;
-  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<Triangle> triangles;
   for (int level = 0; level < 2; ++level)
     for (int k = 0; k < sides; ++k) {
       const double angle = 6.283185307179586 * k / sides;
@@ -62,15 +64,17 @@ inline Hull prism(int sides, double radius, double half_length) {
   }
   return make_hull(vertices, triangles);
 }
-inline Hull box_hull(const Vec3& half) {
+inline std::vector<Vec3> box_corners(const Vec3& half) {
   std::vector<Vec3> v;
   for (int k = 0; k < 8; ++k)
     v.push_back({k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z});
-  const std::vector<std::array<std::int32_t, 3>> t{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
-                                                   {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
-                                                   {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return make_hull(v, t);
+  return v;
 }
+// Of such corners.
+inline const std::vector<Triangle> box_faces{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                             {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                             {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+inline Hull box_hull(const Vec3& half) { return make_hull(box_corners(half), box_faces); }
 
 // An ellipsoid of rings x sides quadrilaterals and triangles at the poles, each quadrilateral of two
 // triangles.
@@ -83,7 +87,7 @@ inline Hull pebble(int rings, int sides, const Vec3& radii) {
                    -radii.z * std::cos(up)});
     }
   v.push_back({0, 0, radii.z});
-  std::vector<std::array<std::int32_t, 3>> t;
+  std::vector<Triangle> t;
   const auto at = [&](int ring, int k) { return 1 + (ring - 1) * sides + k % sides; };
   const int top = static_cast<int>(v.size()) - 1;
   for (int k = 0; k < sides; ++k) {

@@ -5,10 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <vector>
 
-#include "amontons/collision/pairs/collide.hpp"
+#include "collision_scenes.hpp"
 #include "problems.hpp"
 
 namespace meshes {
@@ -16,7 +15,7 @@ namespace meshes {
 using namespace amontons;
 
 constexpr double pi = 3.14159265358979323846;
-using Triangle = std::array<std::int32_t, 3>;
+using scenes::least_gap, scenes::Triangle;
 
 struct Triangles {
   std::vector<Vec3> vertices;
@@ -53,15 +52,7 @@ inline Triangles floor_mesh(int n, double cell, double jitter, unsigned seed,
 
 inline std::vector<ContactPoint> contacts(const Shape& shape, const Transform& frame, const Shape& surface,
                                           double margin, const Transform& frame_surface = {}) {
-  std::vector<ContactPoint> points;
-  collide(shape, frame, surface, frame_surface, margin, points);
-  return points;
-}
-
-inline double smallest_gap(const std::vector<ContactPoint>& points) {
-  double gap = std::numeric_limits<double>::infinity();
-  for (const ContactPoint& p : points) gap = std::min(gap, p.gap);
-  return gap;
+  return scenes::contacts(shape, frame, surface, frame_surface, margin);
 }
 
 inline bool has_point(const std::vector<ContactPoint>& points, const Vec3& at, double gap, double tolerance) {
@@ -71,12 +62,9 @@ inline bool has_point(const std::vector<ContactPoint>& points, const Vec3& at, d
 }
 
 inline std::vector<Shape> all_shapes() {
-  std::vector<Vec3> corners;
-  for (int k = 0; k < 8; ++k) corners.push_back({k & 1 ? 0.4 : -0.4, k & 2 ? 0.3 : -0.3, k & 4 ? 0.2 : -0.2});
-  const std::vector<Triangle> faces{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return {Sphere{0.3},          Box{{0.4, 0.3, 0.2}},       Capsule{0.2, 0.3},
-          Cylinder{0.25, 0.15}, Ellipsoid{{0.4, 0.3, 0.2}}, make_hull(corners, faces)};
+  const Vec3 half{0.4, 0.3, 0.2};
+  return {Sphere{0.3},          Box{half},       Capsule{0.2, 0.3},
+          Cylinder{0.25, 0.15}, Ellipsoid{half}, scenes::box_hull(half)};
 }
 
 inline Quat random_rotation(small::Random& random) {
@@ -110,13 +98,6 @@ inline Triangles refined(const Triangles& t, bool round) {
   return out;
 }
 
-inline Triangles box_mesh(const Vec3& half) {
-  Triangles t;
-  for (int k = 0; k < 8; ++k)
-    t.vertices.push_back({k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z});
-  t.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                 {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return t;
-}
+inline Triangles box_mesh(const Vec3& half) { return {scenes::box_corners(half), scenes::box_faces}; }
 
 }  // namespace meshes

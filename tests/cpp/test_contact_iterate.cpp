@@ -11,7 +11,7 @@
 #include "vectors.hpp"
 
 using namespace amontons;
-using small::same_bits;
+using small::largest, small::same_bits;
 
 namespace {
 
@@ -82,12 +82,6 @@ Problem random_problem(Size size, bool compliant, unsigned seed = 1) {
 
 ContactIterate stages_of(const Problem& p, Law law, unsigned threads = 1, Isa isa = active_isa()) {
   return ContactIterate(p, law, threads, isa);
-}
-
-double largest(const std::vector<double>& v) {
-  double m = 0;
-  for (double e : v) m = std::max(m, std::abs(e));
-  return m;
 }
 
 void check_close(const std::vector<double>& a, const std::vector<double>& b) {

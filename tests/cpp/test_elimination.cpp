@@ -13,13 +13,11 @@
 #include "solvers/linear/quasidefinite.hpp"
 
 using namespace amontons;
-using small::largest_difference;
+using small::largest, small::largest_difference;
 using small::solve_dense;
 using small::Vector;
 
 namespace {
-
-double largest(const Vector& a) { return largest_difference(a, Vector(a.size(), 0.0)); }
 
 // A quasidefinite matrix on a graph: bodies with random masses, joints of six rows with compliance e.
 struct BlockSystem {

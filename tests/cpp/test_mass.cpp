@@ -57,14 +57,10 @@ TEST(mass_of_shapes_is_that_of_their_points) {
 TEST(mass_of_a_hull_far_from_its_origin) {
   const Vec3 half{0.4, 0.2, 0.6};
   const Transform there{{30, -20, 10}, normalised({1, 2, 3, 4})};
-  std::vector<Vec3> corners;
-  for (int k = 0; k < 8; ++k)
-    corners.push_back(there({k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z}));
-  const std::vector<std::array<std::int32_t, 3>> triangles{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
-                                                           {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
-                                                           {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  const MassProperties hull = mass_properties(make_hull(corners, triangles)),
-                       mesh = mass_properties(make_mesh(corners, triangles)),
+  std::vector<Vec3> corners = scenes::box_corners(half);
+  for (Vec3& corner : corners) corner = there(corner);
+  const MassProperties hull = mass_properties(make_hull(corners, scenes::box_faces)),
+                       mesh = mass_properties(make_mesh(corners, scenes::box_faces)),
                        box = moved(mass_properties(Box{half}), there);
   check_near(hull, box, box.mass, 1, 1e-12);
   check_near(mesh, box, box.mass, 1, 1e-12);

@@ -16,7 +16,7 @@ void check_as_on_plane(const Shape& shape, const Transform& frame, const Shape& 
   const auto expected = contacts(shape, frame, Plane{}, margin),
              found = contacts(shape, frame, surface, margin);
   CHECK(found.size() == expected.size() || (!all && !found.empty() && found.size() < expected.size()));
-  CHECK_NEAR(smallest_gap(found), smallest_gap(expected), 1e-9);
+  CHECK_NEAR(least_gap(found), least_gap(expected), 1e-9);
   for (const ContactPoint& p : found) {
     CHECK(has_point(expected, p.point, p.gap, 1e-9));
     CHECK_NEAR(norm(p.normal - Vec3{0, 0, 1}), 0, 1e-9);
@@ -76,7 +76,7 @@ TEST(ridge_and_valley) {
       if (over_ridge) normal = {t / reach, 0, std::sqrt(1 - t * t / (reach * reach))};
       centre.z = over_ridge ? reach * normal.z : -slope * std::abs(t) + reach / std::cos(angle);
       const auto points = contacts(Sphere{radius}, {centre, {}}, mesh, 0.01);
-      CHECK_NEAR(smallest_gap(points), gap, 1e-12);
+      CHECK_NEAR(least_gap(points), gap, 1e-12);
       bool found = false;
       for (const ContactPoint& p : points) {
         found = found || norm(p.normal - normal) < 1e-9;
@@ -116,7 +116,7 @@ TEST(rounded_floor_has_no_bumps) {
       CHECK((distance < 0.185) == !points.empty());
       if (points.empty()) continue;
       ++touching;
-      CHECK_NEAR(smallest_gap(points), distance - 0.18, 1e-12);
+      CHECK_NEAR(least_gap(points), distance - 0.18, 1e-12);
       for (const ContactPoint& p : points)
         if (p.gap < distance - 0.18 + 1e-9)
           CHECK_NEAR(norm(p.normal - (centre - closest) / distance), 0, 1e-6);
@@ -154,7 +154,7 @@ TEST(bodies_over_a_rounded_floor) {
       for (int k = 0; k < 8; ++k) frame.position.z -= distance() - 2e-3;  // never past the surface
       const double exact = distance();
       const auto points = contacts(shape, frame, mesh, 0.02);
-      CHECK_NEAR(smallest_gap(points), exact, 1e-5 + 0.02 * exact);
+      CHECK_NEAR(least_gap(points), exact, 1e-5 + 0.02 * exact);
     }
 }
 
@@ -216,7 +216,7 @@ TEST(few_points_over_many_triangles) {
   for (std::size_t i = 0; i < points.size(); ++i)
     if (kept[i]) few.push_back(points[i]);
   CHECK(few.size() >= 4 && few.size() <= 20);
-  CHECK_NEAR(smallest_gap(few), smallest_gap(points), 2e-6);
+  CHECK_NEAR(least_gap(few), least_gap(points), 2e-6);
 }
 
 // A body whose centre has got below the surface is pushed out along the normal of the closest face, by its
@@ -233,13 +233,13 @@ TEST(deep_bodies_are_pushed_out) {
       for (const Shape& surface : {floor, field}) {
         const double depth = -0.8 * low;
         const auto points = contacts(shape, {at + Vec3{0, 0, -depth}, rotation}, surface, 0.01);
-        CHECK_NEAR(smallest_gap(points), low - depth, 1e-9);
+        CHECK_NEAR(least_gap(points), low - depth, 1e-9);
         for (const ContactPoint& p : points) CHECK_NEAR(norm(p.normal - Vec3{0, 0, 1}), 0, 1e-9);
         CHECK(contacts(shape, {at + Vec3{0, 0, -5}, rotation}, surface, 0.01).empty());
       }
       // Wholly under a height field, by less than its own size.
       const auto sunk = contacts(shape, {at + Vec3{0, 0, 1.3 * low}, rotation}, field, 0.01);
-      CHECK_NEAR(smallest_gap(sunk), 2.3 * low, 1e-9);
+      CHECK_NEAR(least_gap(sunk), 2.3 * low, 1e-9);
     }
 }
 
@@ -274,7 +274,7 @@ TEST(height_field_is_its_mesh) {
       const bool curved = std::holds_alternative<Ellipsoid>(shape) || std::holds_alternative<Cylinder>(shape);
       const double tolerance = curved ? 1e-5 : 1e-8;
       CHECK(found.size() == expected.size());
-      CHECK_NEAR(smallest_gap(found), smallest_gap(expected), tolerance);
+      CHECK_NEAR(least_gap(found), least_gap(expected), tolerance);
       for (const ContactPoint& p : expected) CHECK(has_point(found, p.point, p.gap, tolerance));
     }
 }

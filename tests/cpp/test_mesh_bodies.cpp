@@ -58,7 +58,7 @@ void check_as_hull(const Triangles& triangles, const Shape& hull, const std::vec
       frame.position -= (s.distance - gap) * s.normal;
       s = collision::separation(collision::make_convex(shape, frame, {}), exact, 10);
       const auto found = contacts(shape, frame, mesh, std::max(gap, 0.0) + 0.02);
-      const double least = smallest_gap(found);
+      const double least = least_gap(found);
       // Polygons for round caps are off by 3e-5 of the size of 0.3, and manifolds take the normal of a face
       // whose cosine with the exact one is above 1 - 2e-4, which is an angle of 0.02.
       constexpr double rounding = 5e-5;
@@ -143,7 +143,7 @@ TEST(place_and_order_of_triangles_do_not_matter) {
       const auto moved = contacts(shape, {far + at + up, rotation}, mesh.mesh(), 0.02, {far, {}});
       const auto other = contacts(shape, {at + up, rotation}, reversed.mesh(), 0.02);
       touching += !expected.empty();
-      CHECK_NEAR(smallest_gap(expected), 0.002, 1e-12);
+      CHECK_NEAR(least_gap(expected), 0.002, 1e-12);
       CHECK(moved.size() == expected.size() && other.size() == expected.size());
       for (const ContactPoint& p : expected) {
         CHECK(has_point(moved, far + p.point, p.gap, 1e-10));

@@ -7,15 +7,9 @@
 #include "problems.hpp"
 
 using namespace amontons;
-using small::Vector;
+using small::largest, small::Vector;
 
 namespace {
-
-double largest(const Vector& v) {
-  double m = 0;
-  for (double e : v) m = std::max(m, std::abs(e));
-  return m;
-}
 
 void check_close(const Vector& a, const Vector& b, double tolerance) {
   CHECK(a.size() == b.size());

@@ -40,6 +40,8 @@ inline double largest_difference(const Vector& a, const Vector& b) {
   return worst;
 }
 
+inline double largest(const Vector& a) { return largest_difference(a, Vector(a.size())); }
+
 inline bool same_bits(const Vector& a, const Vector& b) {
   return a.size() == b.size() && (a.empty() || !std::memcmp(a.data(), b.data(), a.size() * sizeof(double)));
 }

@@ -62,7 +62,6 @@ def test_example_holds(name, tmp_path, monkeypatch):
     exec(START if "gym." in text else START.rpartition("\n")[0], names)
     example = doctest.DocTestParser().get_doctest(inspect.cleandoc(text), names, name, None, None)
     said = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.UnsupportedWarning)
+    with warnings.catch_warnings(action="ignore", category=amontons.UnsupportedWarning):
         doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=said.append)
     assert not said, "".join(said)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import warnings
 from pathlib import Path
 
 import amontons
@@ -44,11 +45,20 @@ def references(folder):
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def read_quietly(path):
-    import warnings
+def quiet(function, *arguments, **options):
+    """What a function returns, without its warnings."""
+    with warnings.catch_warnings(action="ignore"):
+        return function(*arguments, **options)
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.vi.SymmetrisedWarning)
+
+def silent(function, *arguments, **options):
+    """What a function returns that must not warn."""
+    with warnings.catch_warnings(action="error"):
+        return function(*arguments, **options)
+
+
+def read_quietly(path):
+    with warnings.catch_warnings(action="ignore", category=amontons.vi.SymmetrisedWarning):
         return amontons.vi.read_problem(path)
 
 

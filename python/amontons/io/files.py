@@ -18,7 +18,7 @@ from pathlib import Path
 from secrets import token_hex
 
 from ..checks import shown
-from ..errors import FileError
+from ..errors import FileError, InputError
 from ..escapes import visible
 from . import system
 
@@ -26,6 +26,19 @@ LONGEST_PATH = 4096
 """Characters: what systems take."""
 
 logger = logging.getLogger(__name__)
+
+
+@contextmanager
+def told_at(place: object) -> Iterator[None]:
+    """Lets what is wrong with the content of a file (InputError) name the file, or the place in it."""
+    try:
+        yield
+    except FileError:
+        raise
+    except InputError as error:
+        raise FileError(f"{place}: {error}") from None
+    except MemoryError:
+        raise FileError(f"{place}: does not fit into memory") from None
 
 
 def named(path: object) -> Path:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ import scipy.sparse as sp
 
 from ..errors import FileError, InputError
 from ..limits import COMPRESSION, DEFAULT, Limits, plausible, readable
+from .files import told_at
 from .object_header import is_virtual
 
 T = TypeVar("T")
@@ -77,15 +78,9 @@ class Reader:
             reason = " ".join(str(error).split())[:300]
             raise self.fail(f"{what} cannot be read; the file is damaged ({reason})") from None
 
-    @contextmanager
-    def meaning(self, what: str) -> Iterator[None]:
+    def meaning(self, what: str) -> AbstractContextManager[None]:
         """Lets what is wrong with the content of the file (InputError) name file and place."""
-        try:
-            yield
-        except FileError:
-            raise
-        except InputError as error:
-            raise self.fail(f"{what}: {error}") from None
+        return told_at(f"{self.path}: {what}")
 
     def names(self) -> list[str]:
         with self.damage(f"the group {self._own_name or '/'}"):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core, step_counts
-from ..checks import Array, chosen, flag, function, option, reals
+from ..checks import Array, about, chosen, flag, function, option, reals
 from ..errors import InputError, SimulationError, StepWarning
 from ..model.model import Model, no_model
 from ..model.variants import same_structure
@@ -352,10 +352,8 @@ def _worlds(models: list[Model], states: Any, options: dict[str, Any]) -> list[S
             fresh[id(model)] = Simulation(model, **options)
     worlds = [fresh[id(model)].copy() for model in _by_state(models, len(rows))]
     for k, (world, row) in enumerate(zip(worlds, rows, strict=True)):
-        try:
+        with about(f"states[{k}]"):
             world.reset(q=row[: first.nq], qd=row[first.nq :])
-        except InputError as error:
-            raise InputError(f"states[{k}]: {error}") from None
     return worlds
 
 

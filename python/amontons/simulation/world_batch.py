@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import Array, integer, option, reals
+from ..checks import Array, about, integer, option, reals
 from ..errors import InputError
 from ..model.model import Model
 from .rollout import advance_worlds, models_of
@@ -141,10 +141,8 @@ class WorldBatch:
         ]
         for k, row in enumerate(rows.tolist()):
             own = [None if values is None else values[k] for values in at]
-            try:
+            with about(f"world {row}"):
                 self.simulations[row].reset(keyframe, q=own[0], qd=own[1])
-            except InputError as error:
-                raise InputError(f"world {row}: {error}") from None
             self.failures[row] = ""
         self.missed[rows] = 0
         self.residual[rows] = 0.0

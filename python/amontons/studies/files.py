@@ -12,7 +12,7 @@ import numpy as np
 
 from ..checks import integer, number, suggestion
 from ..errors import FileError, InputError
-from ..io.files import existing
+from ..io.files import existing, told_at
 from .points import MOST_RUNS
 from .subjects import named_run
 
@@ -44,12 +44,8 @@ def read_study(path: Path, module: str | None = None) -> Study:
         raise FileError(f"{path}: is not TOML ({error})") from None
     except RecursionError:
         raise FileError(f"{path}: has lists or tables within each other, too many to be read") from None
-    try:
+    with told_at(path):
         return _study(path, told, module)
-    except FileError:
-        raise
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
 
 
 def _study(path: Path, told: Mapping[str, Any], module: str | None) -> Study:

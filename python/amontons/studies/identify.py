@@ -266,8 +266,7 @@ class _Problem:
         pieces, many = self.pieces, len(self.pieces.starts)
         models = [variant for values in sets for variant in [self.variant(values)] * many]
         controls = None if pieces.controls is None else np.tile(pieces.controls, (len(sets), 1, 1))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)
+        with warnings.catch_warnings(action="ignore", category=ModelWarning):
             result = rollout(
                 models,
                 np.tile(pieces.starts, (len(sets), 1)),

@@ -60,8 +60,7 @@ LOOP = (
 
 
 def load(path, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         warnings.filterwarnings("ignore", message=".*the base link")
         warnings.filterwarnings("ignore", message=".*moments of inertia")
         return amontons.load_model(path, **options)

@@ -387,8 +387,7 @@ def test_keyframe_of_a_damped_free_joint(tmp_path):
 
 # Breaks when the whole fixture warns, or a model can not be pickled, saved or restored with what it carries.
 def test_model_keeps_its_presets(arm):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         warnings.filterwarnings("ignore", message="(?s).*its convex hull collides")
         model = load_model(arm)
     again = pickle.loads(pickle.dumps(model))

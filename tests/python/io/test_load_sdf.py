@@ -3,12 +3,12 @@
 
 import math
 import re
-import warnings
 
 import amontons
 import numpy as np
 import pytest
 from amontons import FileError, Limits, UnsupportedWarning, load_model, shapes
+from problems import silent
 
 INERTIA = "<inertia><ixx>{0}</ixx><iyy>{0}</iyy><izz>{0}</izz></inertia>"
 
@@ -21,12 +21,6 @@ def written(folder, content, version="1.9", name="model.sdf"):
     path = folder / name
     path.write_text(f'<?xml version="1.0"?>\n<sdf version="{version}">\n{content}\n</sdf>')
     return path
-
-
-def quiet(path, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        return load_model(path, **options)
 
 
 def place(model, name):
@@ -48,7 +42,7 @@ def test_frames(tmp_path):
           <link name="d"><pose>5 5 5 0 0 0</pose>{inertial()}</link></model>
         </model>""",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     assert model.body_names == ("a", "b", "c", "n::d")
     expected = {"a": (0, 1, 1), "b": (-2, 2, 1), "c": (-2, 2, 4), "n::d": (-2, 2, 5)}
     for name, position in expected.items():
@@ -74,7 +68,7 @@ def test_axis_frames(tmp_path, version, axis, expected):
         <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis>{axis}</axis></joint></model>""",
         version,
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     joint = model.joints[0]
     turned = model.bodies[0].pose @ joint.frame_b
     np.testing.assert_allclose(np.array(turned(joint.dofs[0].axis)) - turned.position, expected, atol=1e-12)
@@ -100,7 +94,7 @@ def test_loop(tmp_path):
         {HINGE.format("j3", "base", "2 0 0 0 0 0", "rocker")}
         {HINGE.format("j4", "rocker", "1 0 0 0 0 0", "coupler")}</model></world>""",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     assert model.joint_names == ("fix", "j1", "j2", "j3", "j4")
     simulation = amontons.Simulation(model, dt=1e-3)
     simulation.run(0.3)
@@ -128,7 +122,7 @@ def test_axis_values(tmp_path):
         </axis></joint></model>""",
         "1.11",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     dof, slide = model.joints[0].dofs[0], model.joints[1].dofs[0]
     assert (dof.lower, dof.upper, dof.motor.max_effort) == (-1, math.inf, 5)
     assert (dof.damping, dof.friction, dof.stiffness, dof.rest) == (0.1, 0.2, 3, 0.4)
@@ -147,7 +141,7 @@ def test_screw(tmp_path, pitch):
         <child>b</child><axis><xyz>0 0 1</xyz></axis><{pitch}</{pitch.split(">")[0]}></joint></model>""",
         "1.10",
     )
-    (coupling,) = quiet(path).couplings
+    (coupling,) = silent(load_model, path).couplings
     np.testing.assert_allclose(coupling.coefficients, (0, 0.01 / (2 * math.pi)))
 
 
@@ -171,7 +165,7 @@ def test_includes(tmp_path, monkeypatch):
         <joint name="j" type="fixed"><parent>own</parent><child>l</child></joint></model></world>""",
     )
     monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "models"))
-    model = quiet(path)
+    model = silent(load_model, path)
     assert model.body_names == ("one::l", "two::l", "m::own", "m::l")
     assert [body.motion for body in model.bodies] == ["dynamic", "static", "dynamic", "dynamic"]
     np.testing.assert_allclose([place(model, n) for n in ("one::l", "m::l")], [(1, 0, 1), (0, 5, 1)])
@@ -201,7 +195,7 @@ def test_surfaces(tmp_path):
         </collision><collision name="d"><geometry><capsule><radius>1</radius><length>2</length></capsule></geometry>
         </collision></link></model>""",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     material, geom = model.geoms[0].material, model.geoms[0]
     assert (material.friction, material.friction_across, material.restitution) == (0.8, 0.2, 0.3)
     assert material.torsional_friction == pytest.approx(3 * math.pi / 16 * 0.1 * 0.5)
@@ -299,7 +293,7 @@ def test_self_collide(tmp_path, on):
         f"""<model name="m"><self_collide>{str(on).lower()}</self_collide><link name="a">{inertial()}{ball}</link>
         <link name="b">{inertial()}{ball}</link></model>""",
     )
-    assert len(quiet(path).excluded_bodies) == (0 if on else 1)
+    assert len(silent(load_model, path).excluded_bodies) == (0 if on else 1)
 
 
 # Breaks when a mesh on a static link loses its dents, or a hull on a link that moves does not say what it adds:

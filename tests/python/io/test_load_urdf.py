@@ -130,8 +130,7 @@ def test_base_is_said(tmp_path):
     with pytest.warns(ModelWarning, match='"base" moves freely; floating_base=False fixes it') as caught:
         load_model(path)
     assert [w.category for w in caught] == [ModelWarning]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         load_model(path, floating_base=True)
         load_model(write(tmp_path, link("world", "")))
     with pytest.warns(ModelWarning, match='"base" is fixed; floating_base=True frees it'):

@@ -2,12 +2,12 @@
 """USD with physics: units, axes, joints, drives, mass, materials, filters. Files as Isaac Sim writes them."""
 
 import math
-import warnings
 
 import amontons
 import numpy as np
 import pytest
 from amontons import FileError, Limits, UnsupportedWarning, load_model, shapes
+from problems import quiet, silent
 
 pytest.importorskip("pxr", reason="needs usd-core")
 
@@ -35,12 +35,6 @@ def written(folder, content, metre=1.0, up="Z", name="scene.usda", head=""):
     return path
 
 
-def quiet(path, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        return load_model(path, **options)
-
-
 BALL = "float physics:mass = 2\nfloat3 physics:diagonalInertia = (0.1, 0.1, 0.1)"
 
 
@@ -59,7 +53,7 @@ def test_units_and_axes(tmp_path):
         "Y",
         head="    kilogramsPerUnit = 0.001\n",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     assert model.gravity == pytest.approx((0, 0, -9.81))
     box = model.bodies[0]
     assert box.mass == pytest.approx(2)
@@ -95,7 +89,7 @@ def test_revolute_joint(tmp_path):
         }""",
         0.01,
     )
-    joint = quiet(path).joints[0]
+    joint = silent(load_model, path).joints[0]
     (dof,) = joint.dofs
     assert (joint.body_a, joint.body_b, dof.kind, dof.axis) == (1, 0, "hinge", (0, 0, 1))
     np.testing.assert_allclose(joint.frame_a.position, (-0.2, 0, 0))
@@ -123,7 +117,7 @@ def test_ends(tmp_path, first):
         point3f physics:localPos{end} = (-1, 0, 0)
         }}""",
     )
-    simulation = amontons.Simulation(quiet(path), dt=1e-3)
+    simulation = amontons.Simulation(silent(load_model, path), dt=1e-3)
     simulation.run(0.2)
     assert (-1 if first else 1) * simulation.kinematics.coordinate("hinge") == pytest.approx(
         0.5 * 9.81 * 2 / 2.1 * 0.2**2, rel=0.02
@@ -150,7 +144,7 @@ def test_general_joint(tmp_path):
         {limits}
         }}""",
     )
-    slide, hinge = quiet(path).joints[0].dofs
+    slide, hinge = silent(load_model, path).joints[0].dofs
     assert (slide.kind, slide.axis, slide.lower, slide.upper) == ("slide", (0, 1, 0), -0.5, 0.25)
     assert (hinge.kind, hinge.axis, hinge.lower) == ("hinge", (0, 0, 1), -math.inf)
 
@@ -169,7 +163,7 @@ def test_other_joints(tmp_path):
         for k, (kind, more) in enumerate(kinds.items())
     )
     path = written(tmp_path, "".join(body(f"b{k}", moved(k, 0, 0), BALL) for k in range(5)) + joints)
-    slide, ball, rope, weld = quiet(path).joints
+    slide, ball, rope, weld = silent(load_model, path).joints
     assert [(d.kind, d.axis, d.lower, d.upper) for d in slide.dofs] == [("slide", (0, 1, 0), -1, 2)]
     assert (ball.spherical, ball.dofs, rope.kind) == (True, (), "distance")
     assert (rope.lower_distance, rope.upper_distance) == (0.5, 3)
@@ -202,7 +196,7 @@ def test_mass(tmp_path):
             "(1, 2, 2.5)\nquatf physics:principalAxes = (0.70710678, 0, 0, 0.70710678)",
         ),
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     assert [b.mass for b in model.bodies] == pytest.approx([1000, 7, 5, 3, 11, 2, 1])
     np.testing.assert_allclose(np.diag(model.bodies[5].inertia), 2 / 6)
     np.testing.assert_allclose(np.diag(model.bodies[6].inertia), (2, 1, 2.5), rtol=1e-6)
@@ -233,7 +227,7 @@ def test_shapes(tmp_path):
         + "\n{\npoint3f[] points = [(0,0,0), (1,0,0), (0,1,0), (0,0,1)]\nint[] faceVertexCounts = [3,3,3,3]\n"
         "int[] faceVertexIndices = [0,2,1, 0,1,3, 0,3,2, 1,2,3]\n" + moved(0, 0, 0, (-1, 1, 1)) + "\n}\n",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     by_name = {geom.name: geom for geom in model.geoms}
     assert by_name["one/ball"].shape == shapes.Sphere(1.0)
     assert by_name["one/ball"].frame.position == (1, 0, 0)
@@ -266,7 +260,7 @@ def test_contacts(tmp_path):
         'def PhysicsCollisionGroup "h" (prepend apiSchemas = ["CollectionAPI:colliders"])\n{\n'
         "rel collection:colliders:includes = </World/d>\n}\n",
     )
-    model = quiet(path)
+    model = silent(load_model, path)
     ice = model.geoms[0].material
     assert (ice.friction, ice.restitution) == (pytest.approx(0.1), pytest.approx(0.4))
     assert model.geoms[1].material.friction == 0.5
@@ -287,10 +281,10 @@ def test_states(tmp_path):
         + body("c", moved(0, 0, 2), "bool physxRigidBody:disableGravity = 1\n" + BALL)
         + body("d", moved(0, 0, 3), "bool physics:rigidBodyEnabled = 0", "Cube", SOLID),
     )
-    a, b, c = quiet(path).bodies
+    a, b, c = silent(load_model, path).bodies
     np.testing.assert_allclose((*a.linear_velocity, *a.angular_velocity), (1, 2, 3, 0, 0, math.pi), rtol=1e-6)
     assert (b.motion, c.gravity_scale) == ("kinematic", 0.0)
-    assert quiet(path).geoms[0].body == -1
+    assert silent(load_model, path).geoms[0].body == -1
 
 
 # Breaks when something of physics that is not read is lost without a word.
@@ -350,7 +344,7 @@ def test_refused(tmp_path):
     path = written(tmp_path / "in", 'def "x" (prepend payload = @../payload.usda@)\n{\n}\n')
     with pytest.raises(FileError, match="payload.usda@ lies outside"):
         load_model(path)
-    assert quiet(path, limits=Limits(folder=tmp_path)).body_names == ("a",)
+    assert silent(load_model, path, limits=Limits(folder=tmp_path)).body_names == ("a",)
     path = written(tmp_path, 'def Xform "nothing"\n{\n}\n')
     with pytest.raises(FileError, match="holds no physics"):
         load_model(path)
@@ -388,7 +382,5 @@ def test_what_changes_nothing_is_not_listed(tmp_path):
         'def PhysicsScene "scene" (prepend apiSchemas = ["NewtonSceneAPI"])\n{\n'
         "int newton:maxSolverIterations = 9\n}\n"
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        model = load_model(written(tmp_path, content))
+    model = quiet(load_model, written(tmp_path, content))
     assert [str(entry) for entry in model.unread if entry.changes_motion] == []

@@ -1,12 +1,11 @@
 """What MJCF and URDF files look like; against MuJoCo's own frames, and the points of the mesh files."""
 
-import warnings
-
 import amontons
 import numpy as np
 import pytest
 from amontons import shapes
 from amontons.report.batches import visuals_of
+from problems import quiet
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -21,9 +20,7 @@ def write_mesh(folder, name="wedge.obj"):
 
 def load(path, text, **options):
     path.write_text(text)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return amontons.load_model(path, **options)
+    return quiet(amontons.load_model, path, **options)
 
 
 def drawn(model):

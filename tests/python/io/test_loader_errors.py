@@ -209,8 +209,7 @@ def test_flat_hull(tmp_path, height):
         '<geom type="mesh" mesh="m"/><body pos="0.5 0.5 0.2"><freejoint/><geom size="0.1"/></body>'
         "</worldbody></mujoco>"
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnsupportedWarning)
+    with warnings.catch_warnings(action="ignore", category=UnsupportedWarning):
         model = load_model(path, strict=True)
     assert all(entry.effect == "none" for entry in model.unread)
     sim = Simulation(model)

@@ -7,16 +7,15 @@ import amontons
 import pytest
 from amontons import FileError, InputError, UnsupportedWarning
 from every_part import every_part
+from problems import quiet
 
 pytest.importorskip("mujoco")
 
 
 def refused(path, *parts):
     """The file is refused with all parts in one message that starts with its path."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with pytest.raises(InputError) as caught:
-            amontons.load_model(path)
+    with warnings.catch_warnings(action="ignore"), pytest.raises(InputError) as caught:
+        amontons.load_model(path)
     message = str(caught.value)
     assert message.startswith(str(path)), message
     for part in parts:
@@ -159,9 +158,7 @@ def test_truncated_files(tmp_path, suffix):
         builder.add_body("ball", shape=amontons.shapes.Sphere(0.1), density=100)
         amontons.write_model(builder.build(), path)
     data = path.read_bytes().rstrip()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        amontons.load_model(path)
+    quiet(amontons.load_model, path)
     for k in range(12):
         cut = tmp_path / f"cut{k}{suffix}"
         cut.write_bytes(data[: (len(data) * k) // 12])

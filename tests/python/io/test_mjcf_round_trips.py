@@ -2,13 +2,12 @@
 
 import dataclasses
 import math
-import warnings
 
 import amontons
 import numpy as np
 import pytest
 from amontons.model.coordinates import coordinate_name
-from problems import DATA
+from problems import DATA, quiet
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -110,12 +109,6 @@ SCENE = """
   </keyframe>
 </mujoco>
 """
-
-
-def quiet(function, *arguments):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return function(*arguments)
 
 
 def written(model, folder):

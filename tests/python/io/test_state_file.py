@@ -93,8 +93,7 @@ def everything():
 
 
 def advanced(sim, steps):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", amontons.StepWarning)
+    with warnings.catch_warnings(action="ignore", category=amontons.StepWarning):
         for _ in range(steps):
             sim.step()
     return sim

@@ -1,7 +1,6 @@
 """Models as MJCF and URDF: read back they move alike, and what is lost is listed."""
 
 import math
-import warnings
 
 import amontons
 import numpy as np
@@ -9,17 +8,11 @@ import pytest
 from amontons import InputError, UnsupportedWarning
 from amontons.io.models.trees_out import moved
 from every_part import every_part
-from problems import DATA
+from problems import DATA, quiet
 
 pytest.importorskip("mujoco")
 
 ROBOTS = DATA / "robots"
-
-
-def quiet(function, *arguments, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return function(*arguments, **options)
 
 
 def written(model, folder, suffix):

@@ -134,8 +134,7 @@ def test_a_value_that_changes_no_contact():
     model = replace(robot(), friction_rule="maximum")
     with pytest.warns(ModelWarning, match="changes no contact"):
         model.with_(friction={"*_foot": 0.3})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         model.with_(friction={"*_foot": 0.9})
         model.with_(friction={"*": 0.3})
 

@@ -163,8 +163,7 @@ def test_published_models(root):
         pytest.skip(f"no {folder}")
     pytest.importorskip("mujoco")
     errors, unlike = {}, []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         for name, model in [*models(folder), *models(root / "examples" / "models")]:
             random, sim = np.random.default_rng(1), Simulation(model, **OPTIONS)
             lower, upper = np.clip(np.array(model.control_limits).reshape(-1, 2).T, -1, 1)

@@ -151,8 +151,7 @@ def test_undamaged_files_are_read(name, tmp_path):
             place = tmp_path / str(k) / file
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", amontons.ModelWarning)
+        with warnings.catch_warnings(action="ignore", category=amontons.ModelWarning):
             assert family.replay(tmp_path / str(k) / family.main) == {"outcome": "accepted"}
 
 

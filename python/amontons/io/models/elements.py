@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...checks import shortened
+from ...errors import FileError
+from ..files import told_at
 
 
 @dataclass
@@ -64,6 +67,14 @@ class Element:
     @property
     def place(self) -> str:
         return f"{self.file}:{self.line}"
+
+    def fault(self, what: object) -> FileError:
+        """That something is wrong with this element."""
+        return FileError(f"{self.place}: {self}: {what}")
+
+    def told(self) -> AbstractContextManager[None]:
+        """Lets what is wrong with this element (InputError) name it and its place."""
+        return told_at(f"{self.place}: {self}")
 
     def numbers(self, attribute: str) -> list[float] | None:
         """The values of an attribute of numbers; None without it, or if it holds anything else."""

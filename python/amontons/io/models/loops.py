@@ -54,22 +54,22 @@ class _Loops:
     def of_element(self, element: Element) -> None:
         kind = element.attributes.get("type", "")
         if kind not in DOFS:
-            raise FileError(f'{element.place}: {element}: type="{kind}"; known are {", ".join(DOFS)}')
+            raise element.fault(f'type="{kind}"; known are {", ".join(DOFS)}')
         ends = []
         for tag in ("successor", "predecessor"):
             end = element.child(tag)
             link = end.attributes.get("link", "") if end else ""
             if end is None or link not in self.index:
-                raise FileError(f'{element.place}: {element}: <{tag}> names no link ("{link}")')
+                raise element.fault(f'<{tag}> names no link ("{link}")')
             try:
                 ends.append((self.index[link], origin_of(end)))
             except ValueError as error:
-                raise FileError(f"{element.place}: {element}: <{tag}>: {error}") from None
+                raise element.fault(f"<{tag}>: {error}") from None
         axis = element.child("axis")
         direction = (axis.numbers("xyz") if axis else None) or [1.0, 0.0, 0.0]
         length = math.hypot(*direction)
         if len(direction) != 3 or not length > 0:
-            raise FileError(f"{element.place}: {element}: the axis {direction} has no direction")
+            raise element.fault(f"the axis {direction} has no direction")
         self._add(element.place, element.name, kind, ends, np.array(direction) / length)
 
     def of_file(self, path: Path) -> None:

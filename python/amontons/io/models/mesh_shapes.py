@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from ...checks import Array
-from ...errors import FileError, InputError
+from ...errors import InputError
 from ...model import shapes
 from ...model.mesh_files import is_closed, read_triangles
 from ...model.shapes import Shape
+from ..files import told_at
 
 TELL = 0.05
 """The share of its own volume that a hull adds to a closed mesh, from which on it is listed"""
@@ -19,12 +20,8 @@ TELL = 0.05
 
 def read_mesh(path: Path, part: str = "") -> shapes.Mesh:
     """The triangles of a file, or of one of its parts, taken for metres; FileError if it holds none."""
-    try:
+    with told_at(path):
         return shapes.Mesh(*read_triangles(path, part))
-    except FileError:
-        raise
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
 
 
 def scaled(mesh: shapes.Mesh, matrix: Array) -> shapes.Mesh:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...checks import shortened
-from ...errors import FileError
 from ...limits import Limits
 from .elements import Element
 
@@ -31,8 +30,8 @@ def inside(path: Path, limits: Limits) -> bool:
 def require_inside(element: Element, path: Path, limits: Limits) -> None:
     """FileError where a file lies outside of the allowed folder."""
     if not inside(path, limits):
-        raise FileError(
-            f"{element.place}: {element}: the file {shortened(str(path))} lies outside of {limits.folder}, "
+        raise element.fault(
+            f"the file {shortened(str(path))} lies outside of {limits.folder}, "
             "to which limits=amontons.Limits(folder=...) confines models"
         )
 
@@ -47,7 +46,7 @@ def require_files(root: Element, folder: Path, limits: Limits) -> None:
             for path in _places(folder, dirs, element.attributes.get(attribute, "")):
                 require_inside(element, path, limits)
                 if is_special(path):
-                    raise FileError(f"{element.place}: {element}: {path} is no regular file")
+                    raise element.fault(f"{path} is no regular file")
 
 
 def is_special(path: Path) -> bool:

@@ -77,7 +77,7 @@ def scan(root: Element, issues: Issues, folder: Path, limits: Limits, outer: tup
             wrong.append(f"{element.place}: {element}: the file {file} does not exist")
             return 0
         if file.resolve() in outer:
-            raise FileError(f"{element.place}: {element}: the file {file} attaches itself")
+            raise element.fault(f"the file {file} attaches itself")
         faults: Faults = []
         budget = Budget(limits)
         other = read_xml(file, faults, budget)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from ...checks import listed, shortened
-from ...errors import FileError
 from ...limits import DEFAULT, Limits
 from ...model import collada, stl_text
 from ...model.transforms import Transform, axis_angle, multiply
@@ -245,8 +244,8 @@ def _find_mesh(name: str, meshdir: str, root: Element, issues: Issues, limits: L
         confined = (
             f" within {limits.folder}, to which Limits(folder=...) confines it" if limits.folder else ""
         )
-        raise FileError(
-            f'{element.place}: {element}: the file "{shortened(name)}" does not exist{confined}; looked for '
+        raise element.fault(
+            f'the file "{shortened(name)}" does not exist{confined}; looked for '
             f"{looked}. For package:// set ROS_PACKAGE_PATH to the folders that hold the packages, or "
             "AMENT_PREFIX_PATH, which a workspace of ROS 2 sets"
         )

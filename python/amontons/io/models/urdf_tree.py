@@ -16,7 +16,7 @@ TURN = ("revolute", "continuous", "prismatic", "planar")
 
 
 def wrong(element: Element, what: str) -> FileError:
-    return FileError(f"{element.place}: {element}: {what}{macro(element)}")
+    return element.fault(f"{what}{macro(element)}")
 
 
 def macro(element: Element) -> str:

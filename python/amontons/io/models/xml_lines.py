@@ -99,15 +99,13 @@ def expand_includes(root: Element, folder: Path, faults: Faults, budget: Budget)
             file = folder / child.attributes.get("file", "")
             require_inside(child, file, budget.limits)
             if is_special(file):
-                raise FileError(f"{child.place}: {child}: {file} is no regular file")
+                raise child.fault(f"{file} is no regular file")
             if not is_file(file):
-                raise FileError(f"{child.place}: {child}: the file {file} does not exist")
+                raise child.fault(f"the file {file} does not exist")
             if len(open_files) > MOST_OPEN:
-                raise FileError(
-                    f"{child.place}: {child}: more than {MOST_OPEN} files include each other in a row"
-                )
+                raise child.fault(f"more than {MOST_OPEN} files include each other in a row")
             if file.resolve() in open_files:
-                raise FileError(f"{child.place}: {child}: the file {file} includes itself")
+                raise child.fault(f"the file {file} includes itself")
             content = read_xml(file, faults, budget, depth)
             expand(content, (*open_files, file.resolve()), depth)
             for part in content.children:

@@ -15,7 +15,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from ...checks import finite, reals
-from ...errors import FileError, InputError
+from ...errors import FileError
 from ...limits import Limits
 from ...problem.cones import (
     Bilateral,
@@ -29,7 +29,7 @@ from ...problem.cones import (
 )
 from ...problem.operators import Contacts, Factored
 from ...problem.problem import Problem
-from ..files import write_whole
+from ..files import told_at, write_whole
 from . import matrix_market
 from .npz import Archive
 
@@ -54,7 +54,7 @@ def read_archive(path: Path, limits: Limits) -> Problem:
             f"{path}: b and the cones are expected in {beside.name} beside it, which does not exist"
         )
     entries = Archive(beside, limits)
-    try:
+    with told_at(path):
         b = entries.real("q" if _is_local(entries) else "b")
         matrix = path.suffix.lower() == ".mtx"
         A = matrix_market.read(path, b.size, limits) if matrix else _stored_matrix(beside, entries)
@@ -69,12 +69,6 @@ def read_archive(path: Path, limits: Limits) -> Problem:
             guesses=list(np.atleast_2d(_finite(entries, "guesses"))) if "guesses" in entries else (),
             law=entries.text("law") or "coulomb",
         )
-    except FileError:
-        raise
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
-    except MemoryError:
-        raise FileError(f"{path}: does not fit into memory") from None
 
 
 def _is_local(entries: Archive) -> bool:

@@ -11,11 +11,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...checks import Array
-from ...errors import FileError, InputError, SymmetrisedWarning
+from ...errors import FileError, SymmetrisedWarning
 from ...limits import Limits
 from ...problem.cones import Bilateral, Cone, Friction, RollingFriction
 from ...problem.matrices import ASYMMETRY
 from ...problem.problem import Problem
+from ..files import told_at
 from ..hdf5 import Reader, open_hdf5
 from .body_space import delassus, factored
 from .fclib_matrix import read_matrix
@@ -30,15 +31,8 @@ def read_fclib(path: Path, limits: Limits) -> Problem:
         raise FileError(
             f"{path}: is not an HDF5 file (its signature is missing); is it empty or of another kind?"
         )
-    try:
-        with open_hdf5(path, "an FCLIB file") as file:
-            return _read(Reader(path, file, limits))
-    except FileError:
-        raise
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
-    except MemoryError:
-        raise FileError(f"{path}: does not fit into memory") from None
+    with told_at(path), open_hdf5(path, "an FCLIB file") as file:
+        return _read(Reader(path, file, limits))
 
 
 def _read(root: Reader) -> Problem:

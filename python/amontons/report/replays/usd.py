@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InputError
-from ...io.files import write_whole
 from ...io.models.usd.names import identifiers
+from ...io.models.usd.stage import new_stage
 from ...model.parts import WORLD
 from ..batches import Batch, visuals_of
 
@@ -23,16 +21,10 @@ TICKS = 1000.0
 
 def write_usd(recording: Recording, path: Path) -> None:
     """A .usd, .usda (text) or .usdc (binary) file, z up, in metres, one time code per millisecond."""
-    try:
-        from pxr import Gf, Usd, UsdGeom
-    except ImportError:
-        raise InputError("--usd needs usd-core: pip install 'amontons[usd]'") from None
     model = recording.model
-    with tempfile.TemporaryDirectory() as folder:
-        temporary = Path(folder) / path.name
-        stage = Usd.Stage.CreateNew(str(temporary))
-        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    with new_stage(path) as stage:
+        from pxr import Gf, UsdGeom
+
         stage.SetTimeCodesPerSecond(TICKS)
         times = TICKS * np.asarray(recording.times)
         stage.SetStartTimeCode(float(times[0]))
@@ -49,9 +41,6 @@ def write_usd(recording: Recording, path: Path) -> None:
                 orient.Set(Gf.Quatf(*orientations[k].tolist()), time)
         for b, batch in enumerate(visuals_of(model)):
             _add_batch(stage, b, batch, names)
-        stage.GetRootLayer().Save()
-        del stage
-        write_whole({path: temporary.read_bytes()})
 
 
 def _add_batch(stage: Any, number: int, batch: Batch, names: list[str]) -> None:

@@ -15,6 +15,7 @@ from ....model.mass import NOTHING, MassProperties
 from ....model.model import Model
 from ....model.transforms import Transform, rotate
 from ....model.visuals import TriangleMesh
+from ...files import told_at
 from ..elements import Element
 from ..issues import Issues
 from ..places import is_special, require_inside
@@ -117,11 +118,11 @@ class Reader:
             path = _of_folder(path, e)
         require_inside(e, path, self.budget.limits)
         if path.resolve() in open_files or len(open_files) > DEEPEST:
-            raise FileError(f"{e.place}: {e}: the file {path} includes itself")
+            raise e.fault(f"the file {path} includes itself")
         root = self.file(path)
         models = root.all("model")
         if len(models) != 1:
-            raise FileError(f"{e.place}: {e}: {path} holds {len(models)} models; an include takes one")
+            raise e.fault(f"{path} holds {len(models)} models; an include takes one")
         (model,) = models
         open_files = (*open_files, path.resolve())
         if e.attributes.get("merge") not in ("true", "1"):
@@ -146,7 +147,7 @@ def _of_folder(folder: Path, asked: Element) -> Path:
             latest = max(found, key=lambda pair: [int(x) for x in pair[0].split(".") if x])
             return folder / latest[1]
     if not (folder / "model.sdf").is_file():
-        raise FileError(f"{asked.place}: {asked}: {folder} has no model.config and no model.sdf")
+        raise asked.fault(f"{folder} has no model.config and no model.sdf")
     return folder / "model.sdf"
 
 
@@ -211,20 +212,14 @@ class _Building:
             self.issues.notes.append(
                 f"links without <inertial> have SDF's mass of 1 kg and moments of 1 kg m^2: {names}"
             )
-        try:
+        with told_at(self.issues.path):
             return replace(self.builder.build(), unread=self.issues.unread())
-        except InputError as error:
-            raise FileError(f"{self.issues.path}: {error}") from None
 
     def _bodies(self, scope: Scope) -> None:
         for name in scope.links:
             element = scope.frames[name].element
-            try:
+            with element.told():
                 self.bodies[id(scope), name] = self._body(scope, name, element)
-            except InputError as error:
-                if isinstance(error, FileError):
-                    raise
-                raise FileError(f"{element.place}: {element}: {error}") from None
         for inner in scope.inner.values():
             self._bodies(inner)
 
@@ -256,7 +251,7 @@ class _Building:
             return self._of_shapes(scope, name, e, inertial, place)
         mass = value(inertial, "mass", 1.0)
         if not mass > 0:
-            raise FileError(f"{inertial.place}: {inertial}: the mass is {mass:g}; it must be positive")
+            raise inertial.fault(f"the mass is {mass:g}; it must be positive")
         tensor = inertial.child("inertia") if inertial is not None else None
         xx, yy, zz = (value(tensor, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
         xy, xz, yz = (value(tensor, tag, 0.0) for tag in ("ixy", "ixz", "iyz"))

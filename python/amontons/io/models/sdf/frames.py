@@ -66,12 +66,10 @@ class Scope:
             return self.local(first, asked) @ self.inner[first].local(rest, asked)
         frame = self.frames.get(name)
         if frame is None:
-            raise FileError(
-                f'{asked.place}: {asked}: there is no frame "{name}" in {self.element}; correct the name'
-            )
+            raise asked.fault(f'there is no frame "{name}" in {self.element}; correct the name')
         if name in self._open:
             way = " -> ".join([*self._open, name])
-            raise FileError(f"{asked.place}: {asked}: frames are relative to each other: {way}")
+            raise asked.fault(f"frames are relative to each other: {way}")
         self._open.append(name)
         found = self.local(frame.relative_to, frame.element) @ frame.local
         if frame.kind == "model":
@@ -99,7 +97,7 @@ class Scope:
         if name == "world":
             return None
         if depth > len(self.frames) + 100:
-            raise FileError(f"{asked.place}: {asked}: frames are attached to each other without a link")
+            raise asked.fault("frames are attached to each other without a link")
         first, _, rest = name.partition("::")
         if rest and first in self.inner:
             return self.inner[first].link(rest, asked, depth + 1)
@@ -109,9 +107,7 @@ class Scope:
             return self.link(self.canonical, asked, depth + 1) if self.canonical else _first(self, asked)
         frame = self.frames.get(name)
         if frame is None:
-            raise FileError(
-                f'{asked.place}: {asked}: no link or frame "{name}" in {self.element}; correct the name'
-            )
+            raise asked.fault(f'no link or frame "{name}" in {self.element}; correct the name')
         if frame.kind == "link":
             return self, name
         if frame.kind == "model":
@@ -125,4 +121,4 @@ def _first(scope: Scope, asked: Element) -> tuple[Scope, str] | None:
         return scope, scope.links[0]
     for inner in scope.inner.values():
         return inner.link(ROOT, asked)
-    raise FileError(f"{asked.place}: {asked}: {scope.element} has no link")
+    raise asked.fault(f"{scope.element} has no link")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ....errors import FileError, InputError
+from ....errors import FileError
 from ....model.builder import ModelBuilder
 from ....model.parts import WORLD, Dof, Joint, Motor
 from ....model.transforms import ORIGIN, Transform, Vector3, conjugate, dot, rotate
@@ -67,7 +67,7 @@ class Joints:
             child, parent, child_pose, parent_pose = parent, child, parent_pose, child_pose
             dofs = [_reversed(dof) for dof in reversed(dofs)]
         name = scope.prefix + element.name
-        try:
+        with element.told():
             index = self.builder.add_joint(
                 Joint(
                     name,
@@ -82,8 +82,6 @@ class Joints:
             if kind == "screw":
                 lead = _lead(element)
                 self.builder.add_coupling(index, index, dof_a=0, dof_b=1, coefficients=(0.0, lead))
-        except InputError as error:
-            raise FileError(f"{element.place}: {element}: {error}") from None
         axis = rotate(frame.rotation, dofs[0].axis) if dofs else (0.0, 0.0, 1.0)
         self.made[name] = Made(index, child, parent, axis)
         self.later += [(scope, axis) for axis in axes if axis is not None and axis.child("mimic")]
@@ -104,7 +102,7 @@ class Joints:
         xyz = axis.child("xyz") if axis is not None else None
         given = vector(axis, "xyz", (0.0, 0.0, 1.0))
         if not any(given):
-            raise FileError(f"{joint.place}: {joint}: <xyz> is zero; give the direction of the axis")
+            raise joint.fault("<xyz> is zero; give the direction of the axis")
         if xyz is not None and xyz.attributes.get("expressed_in"):
             turn = scope.in_world(xyz.attributes["expressed_in"], xyz).rotation
         # Up to 1.4 an axis was in the frame of the model; then this was a switch.
@@ -190,5 +188,5 @@ def _lead(element: Element) -> float:
         return value(element, "screw_thread_pitch", 1.0) / (2 * math.pi)
     pitch = value(element, "thread_pitch", 1.0)
     if pitch == 0:
-        raise FileError(f"{element.place}: {element}: thread_pitch is 0")
+        raise element.fault("thread_pitch is 0")
     return -1 / pitch

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ....errors import FileError, InputError
+from ....errors import FileError
 from ....limits import Limits
 from ....model import shapes
 from ....model.parts import Material
@@ -37,12 +37,8 @@ class Shapes:
         """The shapes of a <collision> or <visual>, each in the frame of the element; none is listed."""
         geometry = holder.child("geometry")
         for element in geometry.children if geometry is not None else []:
-            try:
+            with element.told():
                 return self._shape(element, moves=moves)
-            except InputError as error:
-                if isinstance(error, FileError):
-                    raise
-                raise FileError(f"{element.place}: {element}: {error}") from None
         self.issues.add(holder, "it has no <geometry>", "large")
         return []
 
@@ -96,7 +92,7 @@ class Shapes:
             try:
                 self.known[key] = read_mesh(path, part)
             except FileError as error:
-                raise FileError(f"{e.place}: {e}: {error}") from None
+                raise e.fault(error) from None
         mesh = self.known[key]
         if part and flag(e.child("submesh"), "center"):
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

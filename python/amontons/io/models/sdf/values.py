@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ....checks import shortened
-from ....errors import FileError, InputError
+from ....errors import FileError
 from ....limits import Limits
 from ....model.orientations import from_euler
 from ....model.transforms import ORIGIN, Transform
@@ -36,12 +36,10 @@ def floats(element: Element | None, count: int | None = None) -> list[float]:
     try:
         values = [float(word) for word in element.text.split()]
     except ValueError:
-        raise FileError(
-            f'{element.place}: {element}: "{shortened(element.text)}" is no number; give one'
-        ) from None
+        raise element.fault(f'"{shortened(element.text)}" is no number; give one') from None
     if any(math.isnan(x) for x in values) or (count is not None and len(values) != count):
-        raise FileError(
-            f"{element.place}: {element}: {shortened(element.text.strip()) or 'nothing'} stands where "
+        raise element.fault(
+            f"{shortened(element.text.strip()) or 'nothing'} stands where "
             f"{count or 'a list of'} numbers are expected"
         )
     return values
@@ -94,10 +92,8 @@ def pose(element: Element) -> tuple[Transform, str]:
         if child.attributes.get("degrees") in ("true", "1"):
             angles = [math.radians(angle) for angle in angles]
         rotation = from_euler("xyz", angles)
-    try:
+    with child.told():
         return Transform((x, y, z), rotation), relative
-    except InputError as error:
-        raise FileError(f"{child.place}: {child}: {error}") from None
 
 
 def find(element: Element, uri: str, limits: Limits) -> Path:
@@ -105,8 +101,8 @@ def find(element: Element, uri: str, limits: Limits) -> Path:
     looked = [place for place in _places(uri, element.file.parent) if inside(place, limits)]
     found = next((place for place in looked if place.exists()), None)
     if found is None:
-        raise FileError(
-            f'{element.place}: {element}: "{shortened(uri)}" is not found'
+        raise element.fault(
+            f'"{shortened(uri)}" is not found'
             + (f" within {limits.folder}, to which Limits(folder=...) confines it" if limits.folder else "")
             + f"; set {PATHS[0]} to the folders that hold the models"
         )

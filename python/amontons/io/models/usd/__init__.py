@@ -9,6 +9,7 @@ from typing import Any
 from ....errors import FileError, InputError
 from ....limits import Limits
 from ....model.model import Model
+from ...files import told_at
 from ..issues import Issues
 from .building import Building
 from .exact import restored
@@ -45,12 +46,10 @@ def _model(scene: Scene) -> Model:
     building.joints(joints)
     building.exclusions()
     judge(scene, prims)
-    try:
+    with told_at(scene.path):
         if (written := restored(building)) is not None:
             return replace(written, unread=(*written.unread, *scene.issues.unread()))
         return replace(building.model(), visuals=read_visuals(building, prims))
-    except InputError as error:
-        raise FileError(f"{scene.path}: {error}") from None
 
 
 def _foreign_joint(prim: Any) -> bool:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ....checks import listed
-from ....errors import InputError
 from ....model.builder import ModelBuilder
 from ....model.model import Model
 from ....model.parts import WORLD
@@ -139,10 +138,8 @@ class Building:
             solid, guessed = body_mass(self.scene, prim, self.scales[path], self.parts[path])
             if guessed:
                 self.guessed.append(f'"{body.name}" {solid.mass:.3g} kg')
-            try:
+            with self.scene.told(prim):
                 self.builder.set_mass(index, solid)
-            except InputError as error:
-                raise self.scene.error(prim, error) from None
         if self.guessed:
             self.scene.issues.notes.append(
                 f"bodies without moments of inertia and shapes have those of a ball of {DENSITY:g} kg/m^3: "

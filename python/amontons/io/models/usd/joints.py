@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import FileError, InputError
 from ....model.builder import ModelBuilder
 from ....model.parts import WORLD, Dof, Joint, Motor
 from ....model.transforms import ORIGIN, Transform, Vector3
@@ -55,12 +54,8 @@ class Joints:
             a, b, frame_a, frame_b = b, a, frame_b, frame_a
         if float(scene.get(prim, "physics:breakForce", math.inf)) < FREE:
             scene.refuse(prim, "breakForce: joints do not break")
-        try:
+        with scene.told(prim):
             self._fields(prim, kind, name, Joint(name, "chain", a, b, frame_a, frame_b), swapped)
-        except FileError:
-            raise
-        except InputError as error:
-            raise scene.error(prim, error) from None
 
     def _fields(self, prim: Any, kind: str, name: str, joint: Joint, swapped: bool) -> None:
         scene, sign = self.scene, -1.0 if swapped else 1.0
@@ -87,11 +82,8 @@ class Joints:
                 return  # it holds nothing
         if swapped:
             dofs = dict(reversed(dofs.items()))
-        try:
-            made = Joint(**{**vars(joint), "dofs": tuple(dofs.values()), **fields})
-            index = self.builder.add_joint(made)
-        except InputError as error:
-            raise scene.error(prim, error) from None
+        made = Joint(**{**vars(joint), "dofs": tuple(dofs.values()), **fields})
+        index = self.builder.add_joint(made)
         self.made[str(prim.GetPath())] = index, {key: k for k, key in enumerate(dofs)}
 
     def _end(self, prim: Any, number: int) -> tuple[int, Transform]:

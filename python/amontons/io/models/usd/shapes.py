@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ....checks import Array
-from ....errors import FileError, InputError
 from ....model import shapes
 from ....model.parts import Material
 from ....model.shapes import Shape
@@ -39,12 +38,8 @@ class Colliders:
     def read(self, prim: Any, frame: Transform, *, moves: bool) -> tuple[Shape, Transform] | None:
         """The shape of a gprim and its place in a body whose frame in the world is given; None is listed."""
         linear, at = self._seen_from(frame, prim)
-        try:
+        with self.scene.told(prim):
             found = self._shape(prim, linear, moves=moves)
-        except InputError as error:
-            if isinstance(error, FileError):
-                raise
-            raise self.scene.error(prim, error) from None
         return None if found is None else (found[0], at @ found[1])
 
     def _seen_from(self, frame: Transform, prim: Any) -> tuple[Array, Transform]:
@@ -185,7 +180,7 @@ class Colliders:
         stiffness = scene.number(prim, "physxMaterial:compliantContactStiffness") * scene.kilogram
         damping = scene.number(prim, "physxMaterial:compliantContactDamping") * scene.kilogram
         density = scene.number(prim, "physics:density") * scene.kilogram / scene.metre**3
-        try:
+        with scene.told(prim):
             material = Material(
                 friction=dynamic,
                 friction_static=static if static > dynamic else None,
@@ -193,8 +188,6 @@ class Colliders:
                 compliance=1 / stiffness if stiffness > 0 else 0.0,
                 relaxation_time=damping / stiffness if stiffness > 0 else 0.0,
             )
-        except InputError as error:
-            raise scene.error(prim, error) from None
         return material, density
 
 

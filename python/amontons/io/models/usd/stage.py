@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import tempfile
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +18,11 @@ from ....errors import FileError, InputError
 from ....limits import Limits
 from ....model.orientations import quaternion_of
 from ....model.transforms import IDENTITY, Quaternion, Transform, axis_angle, rotation_matrix
+from ...files import told_at, write_whole
 from ..issues import Issues
 from ..places import inside, is_special
 
+WITHOUT = "files of USD need usd-core: pip install 'amontons[usd]'"
 Y_UP = axis_angle((1.0, 0.0, 0.0), math.pi / 2)
 """Turns a scene whose y axis points up so that z does."""
 
@@ -55,8 +59,12 @@ class Scene:
     def at(self, prim: Any) -> At:
         return At(f"{self.path}:{prim.GetPath()}", str(prim.GetTypeName() or "prim"))
 
-    def error(self, prim: Any, what: object) -> FileError:
+    def error(self, prim: Any, what: str) -> FileError:
         return FileError(f"{self.path}:{prim.GetPath()}: {what}")
+
+    def told(self, prim: Any) -> AbstractContextManager[None]:
+        """Lets what is wrong with a prim (InputError) name file and prim."""
+        return told_at(f"{self.path}:{prim.GetPath()}")
 
     def refuse(self, prim: Any, what: str, effect: str = "small") -> None:
         self.issues.add(self.at(prim), what, effect)
@@ -137,12 +145,30 @@ def quaternion(value: Any) -> Quaternion:
     return tuple((q / length).tolist()) if length > 0 else IDENTITY  # type: ignore[return-value]
 
 
+@contextmanager
+def new_stage(path: Path) -> Iterator[Any]:
+    """A stage in metres, z up, to be filled; its file appears whole."""
+    try:
+        from pxr import Usd, UsdGeom
+    except ImportError:
+        raise InputError(WITHOUT) from None
+    with tempfile.TemporaryDirectory() as folder:
+        temporary = Path(folder) / path.name
+        stage = Usd.Stage.CreateNew(str(temporary))
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+        yield stage
+        stage.GetRootLayer().Save()
+        del stage
+        write_whole({path: temporary.read_bytes()})
+
+
 def open_scene(path: Path, issues: Issues, limits: Limits) -> Scene:
     """The scene of a file; FileError for what is damaged, or reaches outside of the folder."""
     try:
         from pxr import Tf, Usd, UsdGeom, UsdPhysics
     except ImportError:
-        raise InputError("files of USD need usd-core: pip install 'amontons[usd]'") from None
+        raise InputError(WITHOUT) from None
     if limits.folder is None:
         limits = Limits(**{**vars(limits), "folder": path.resolve().parent})
     try:

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....errors import InputError
 from ....model.model import Model
 from ....model.orientations import quaternion_of
 from ....model.parts import WORLD, Body, Geom, Material
-from ...files import write_whole
 from ...recordings.model_json import model_parts
 from ..losses import Lost
 from .exact import LISTS, keep_arrays, stamp
 from .joint_prims import JointWriter
 from .names import identifiers
 from .shape_prims import attribute, define, place
+from .stage import new_stage
 
 OWN_NAMES = ("gravity", "materials", "joints", "groups")
 """Prims below the root that are no bodies"""
@@ -28,28 +26,17 @@ OWN_NAMES = ("gravity", "materials", "joints", "groups")
 
 def write_usd(model: Model, path: Path) -> list[Lost]:
     """A .usda, .usdc or .usd file; returns what programs other than amontons will not find in it."""
-    try:
-        from pxr import Usd, UsdGeom, UsdPhysics
-    except ImportError:
-        raise InputError("files of USD need usd-core: pip install 'amontons[usd]'") from None
-    with tempfile.TemporaryDirectory() as folder:
-        temporary = Path(folder) / path.name
-        stage = Usd.Stage.CreateNew(str(temporary))
-        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-        UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    with new_stage(path) as stage:
         writer = _Writer(stage, model)
         writer.write()
-        stage.GetRootLayer().Save()
-        del stage
-        write_whole({path: temporary.read_bytes()})
     return writer.lost
 
 
 class _Writer:
     def __init__(self, stage: Any, model: Model) -> None:
-        from pxr import UsdGeom
+        from pxr import UsdGeom, UsdPhysics
 
+        UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
         self.stage, self.model = stage, model
         self.root = UsdGeom.Xform.Define(stage, "/model").GetPrim()
         stage.SetDefaultPrim(self.root)
