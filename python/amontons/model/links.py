@@ -12,10 +12,8 @@ from ..checks import Array, Matrix3, Vector3
 from ..errors import InputError
 from .fields import Part
 from .mass import NOTHING
-from .parts import OWN, WORLD, Body, Geom, Joint
-from .sensing import Sensor, Site
+from .parts import OWN, WORLD
 from .transforms import ORIGIN, Transform
-from .visuals import Visual
 
 Places = tuple[Array, Array]
 """Frames on bodies: bodies (n,), -1 is the world, and positions (m) with quaternions, (n, 7)."""
@@ -57,17 +55,10 @@ class Link(Part, called="link"):
     """about its centre of mass, in its own axes (kg m^2)"""
 
 
-def check_links(
-    links: Sequence[Link],
-    bodies: Sequence[Body],
-    geoms: Sequence[Geom],
-    joints: Sequence[Joint],
-    visuals: Sequence[Visual],
-    sensors: Sequence[Sensor],
-    sites: Sequence[Site],
-) -> None:
+def check_links(model: Any) -> None:
     """Raises InputError where a link, or the body or link that something says it is on, does not exist."""
-    for things in (sites, sensors, visuals):
+    links, bodies = model.links, model.bodies
+    for things in (model.sites, model.sensors, model.visuals):
         for thing in things:
             if not WORLD <= thing.body < len(bodies):
                 what = type(thing).__name__.lower()
@@ -86,14 +77,14 @@ def check_links(
         if link != OWN and not (0 <= link < len(links) and body in (None, links[link].body)):
             raise InputError(f'{what} "{name}": its body has no link {link}')
 
-    for geom in geoms:
+    for geom in model.geoms:
         check("geom", geom.name, geom.body, geom.link)
-    for visual in visuals:
+    for visual in model.visuals:
         check("visual", visual.name, visual.body, visual.link)
-    for joint in joints:
+    for joint in model.joints:
         check("joint", joint.name, joint.body_a, joint.link_a)
         check("joint", joint.name, joint.body_b, joint.link_b)
-    for sensor in sensors:
+    for sensor in model.sensors:
         check("sensor", sensor.name, sensor.body, sensor.link)
         for k in sensor.links:
             check("sensor", sensor.name, None, k)

@@ -120,7 +120,7 @@ class Model:
             if not isinstance(parts, tuple) or not all(isinstance(part, kind) for part in parts):
                 raise InputError(f"{name} = {shown(parts)}; give a tuple of {kind.__name__}")
         object.__setattr__(self, "core", _core.Model(self.stepped()))
-        check_links(self.links, self.bodies, self.geoms, self.joints, self.visuals, self.sensors, self.sites)
+        check_links(self)
 
     def stepped(self) -> dict[str, Any]:
         """The fields that a step reads."""

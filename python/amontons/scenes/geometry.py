@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,25 +66,17 @@ def add_part(
     shape: Shape,
     *,
     density: float,
-    position: ArrayLike,
-    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0),
     shape_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0),
-    linear_velocity: ArrayLike = (0, 0, 0),
-    angular_velocity: ArrayLike = (0, 0, 0),
     material: Material | None = None,
     category: int = 1,
     mask: int = 1,
+    **body: Any,
 ) -> int:
-    """A body of one solid shape, turned in the body frame, with collision categories of its own."""
-    body = b.add_body(
-        name,
-        position=point(position),
-        orientation=orientation,
-        linear_velocity=point(linear_velocity),
-        angular_velocity=point(angular_velocity),
-    )
+    """A body of one solid shape, turned in the body frame, with collision categories of its own; `body`:
+    other arguments of `add_body`."""
+    index = b.add_body(name, **body)
     b.add_geom(
-        body,
+        index,
         shape,
         orientation=shape_orientation,
         material=material,
@@ -92,4 +85,4 @@ def add_part(
         name=name,
         density=density,
     )
-    return body
+    return index
