@@ -21,7 +21,7 @@ import amontons
 import numpy as np
 import recipes
 from amontons import Simulation, scenes
-from amontons.report.batches import turned
+from amontons.model.turns import rotate
 from amontons.report.force_lines import line_rows
 from amontons.report.picture import NO_LINES, Frame, Picture, View, frame_of
 from cutout import cutout, saved
@@ -169,7 +169,7 @@ def picture(name: str) -> None:
     def note(now: Simulation, _: object) -> None:
         body, point = moment.trail or (0, (0, 0, 0))
         turn = now.state.orientations[[body]]
-        passed.append(now.state.positions[body] + turned(turn, np.array([point]))[0])
+        passed.append(now.state.positions[body] + rotate(turn, np.array([point]))[0])
 
     simulation.run(moment.seconds, after_step=note if moment.trail else None)
     view = View(

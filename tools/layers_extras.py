@@ -29,6 +29,7 @@ OFFERED: dict[str, Collection[str]] = {
         *("IDENTITY", "ORIGIN", "Quaternion", "Vector3", "conjugate", "dot", "multiply", "rotate"),
         *("rotation_matrix", "rotation_to_z", "subtract"),
     ),
+    "model.turns": ("conjugate", "product", "rotate"),
     "model.variants": ("combined", "same_structure"),
     # Triangles and their files, which shapes of the engine read too.
     "model.collada": ("",),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Geom
+from ..model.turns import product, rotate
 from ..model.visuals import Visual
 from .colours import FIXED, colour_of
 from .surfaces import Surface, form_of, surface_of
@@ -43,7 +44,7 @@ class Batch:
         """Positions (n, 3) and rotations (n, 4) in the world of instances that move, at poses of the
         bodies."""
         q = orientations[self.bodies]
-        return positions[self.bodies] + turned(q, self.positions), product(q, self.rotations)
+        return positions[self.bodies] + rotate(q, self.positions), product(q, self.rotations)
 
 
 def shapes_of(model: Model) -> list[Batch]:
@@ -94,7 +95,7 @@ def _batch(model: Model, group: list[tuple[Row, tuple[float, float, float]]]) ->
         poses = [model.bodies[b].pose if b != WORLD else None for b in bodies]
         base = np.array([p.position if p else (0.0, 0.0, 0.0) for p in poses])
         q = np.array([p.rotation if p else (1.0, 0.0, 0.0, 0.0) for p in poses])
-        positions, rotations = base + turned(q, positions), product(q, rotations)
+        positions, rotations = base + rotate(q, positions), product(q, rotations)
     return Batch(
         surface=surface_of(first.shape, len(group)),
         items=np.array([row[0] for row, _ in group], dtype=np.int32),
@@ -114,16 +115,3 @@ def _colour(model: Model, thing: Geom | Visual, index: int) -> Array:
 
 def _moves(model: Model, body: int) -> bool:
     return body != WORLD and model.bodies[body].motion != "static"
-
-
-def turned(q: Array, v: Array) -> Array:
-    """Vectors (n, 3) turned by unit quaternions (n, 4)."""
-    t = 2 * np.cross(q[:, 1:], v)
-    return v + q[:, :1] * t + np.cross(q[:, 1:], t)
-
-
-def product(a: Array, b: Array) -> Array:
-    """Quaternions (n, 4): first b, then a."""
-    w = a[:, 0] * b[:, 0] - (a[:, 1:] * b[:, 1:]).sum(axis=1)
-    v = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
-    return np.column_stack((w, v))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..checks import Array
 from ..model.parts import WORLD
-from .batches import Batch, product, turned
+from ..model.turns import product, rotate
+from .batches import Batch
 
 FAR = 3.0
 """Parts farther from the middle half of all than this many times its spread do not count."""
@@ -55,7 +56,7 @@ class Balls:
         for batch in batches:
             middle, radius = batch.surface.ball
             bodies.append(batch.bodies if batch.moves else np.full(len(batch.bodies), WORLD, dtype=np.int32))
-            centres.append(batch.positions + turned(batch.rotations, batch.scales * middle))
+            centres.append(batch.positions + rotate(batch.rotations, batch.scales * middle))
             reach.append(radius * batch.scales.max(axis=1))
             turns.append(batch.rotations)
             half.append(np.ptp(batch.surface.vertices, axis=0) / 2 * batch.scales)
@@ -77,7 +78,7 @@ class Balls:
         bodies, centres = self.bodies[self.counted], self.centres[self.counted]
         if not len(bodies) or bodies[0] == WORLD:
             return centres
-        return moment.positions[bodies] + turned(moment.orientations[bodies], centres)
+        return moment.positions[bodies] + rotate(moment.orientations[bodies], centres)
 
     def reaches(self, moment: Moment, axes: Array) -> Array:
         """(k, n) how far the things that are counted reach from their centres along axes (n, 3) of the world
@@ -85,7 +86,7 @@ class Balls:
         bodies, turns = self.bodies[self.counted], self.turns[self.counted]
         if len(bodies) and bodies[0] != WORLD:
             turns = product(moment.orientations[bodies], turns)
-        sides = [turned(turns, np.tile(unit, (len(turns), 1))) for unit in np.eye(3)]
+        sides = [rotate(turns, np.tile(unit, (len(turns), 1))) for unit in np.eye(3)]
         boxes = sum(
             np.abs(side @ np.asarray(axes).T) * half[:, None]
             for side, half in zip(sides, self.half[self.counted].T, strict=True)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
+from ..model.turns import rotate
 from ..simulation.step_report import Table
-from .batches import turned
 from .colours import STATES
 
 LARGE = 99.0
@@ -74,7 +74,7 @@ def force_lines(model: Model, positions: Array, orientations: Array, contacts: T
     width: m/N.
     """
     local = np.array([body.centre_of_mass for body in model.bodies]).reshape(-1, 3)
-    centres = positions + turned(orientations, local)
+    centres = positions + rotate(orientations, local)
     moves = np.array([body.motion != "static" for body in model.bodies] + [False])  # of the world, the last
     acting = forces_of(contacts)
     colours = np.array([STATES[state] for state in acting.states.tolist()], dtype=np.uint8).reshape(-1, 3)

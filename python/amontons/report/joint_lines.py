@@ -7,7 +7,7 @@ import numpy as np
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Joint
-from .batches import product, turned
+from ..model.turns import product, rotate
 from .force_lines import Lines
 
 COLOUR = (104, 116, 140)
@@ -48,7 +48,7 @@ def joint_lines(model: Model, positions: Array, orientations: Array, thickness: 
 def _placed(positions: Array, orientations: Array, body: int, point: tuple[float, ...] | Array) -> Array:
     """A point of a body, in the world."""
     local = np.asarray(point, dtype=float)
-    return local if body == WORLD else positions[body] + turned(orientations[[body]], local[None])[0]
+    return local if body == WORLD else positions[body] + rotate(orientations[[body]], local[None])[0]
 
 
 def _axes(joint: Joint, orientations: Array) -> list[Array]:
@@ -56,4 +56,4 @@ def _axes(joint: Joint, orientations: Array) -> list[Array]:
     turn = np.array([joint.frame_a.rotation])
     if joint.body_a != WORLD:
         turn = product(orientations[[joint.body_a]], turn)
-    return [turned(turn, np.array([dof.axis]))[0] for dof in joint.dofs if dof.kind == "hinge"]
+    return [rotate(turn, np.array([dof.axis]))[0] for dof in joint.dofs if dof.kind == "hinge"]

@@ -6,12 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..model.builder import ModelBuilder
 from ..model.parts import Material
 from ..model.shapes import Shape
+from ..model.turns import rotate as rotate
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -38,14 +39,6 @@ def from_z(direction: ArrayLike) -> Quaternion:
     q = np.array([1 + d[2], -d[1], d[0], 0.0])
     q /= np.linalg.norm(q)
     return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
-
-
-def rotate(q: Quaternion, v: ArrayLike) -> NDArray[np.float64]:
-    """A vector rotated by a unit quaternion."""
-    u = np.array(q[1:])
-    v = np.asarray(v, dtype=float)
-    t = 2 * np.cross(u, v)
-    return v + q[0] * t + np.cross(u, t)
 
 
 def point(v: ArrayLike) -> Vector:

@@ -15,6 +15,7 @@ import numpy as np
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
+from ..model.turns import conjugate, exponential, product, rotate
 from .step_report import Table
 
 SINGULAR = 1e-6
@@ -62,18 +63,6 @@ class _Column:
     """a joint, or the joints and then a pair of geoms"""
     along_normal: float = 0.0
     """of a contact: the part of the force along the normal"""
-
-
-def rotate(q: Array, v: Array) -> Array:
-    """Vectors turned by unit quaternions (w, x, y, z); both may be rows."""
-    q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
-    w, axis = q[..., :1], q[..., 1:]
-    return v + 2 * np.cross(axis, np.cross(axis, v) + w * v)
-
-
-def back(q: Array, v: Array) -> Array:
-    """Vectors turned by the inverse rotations."""
-    return rotate(np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0]), v)
 
 
 def determined(model: Model, pose: Pose, contacts: Table) -> Determined:
@@ -130,7 +119,8 @@ def _mark_joints(result: Determined, model: Model, pose: Pose, columns: list[_Co
             of_joint[c.owner] = of_joint.get(c.owner, 0.0) + change
     for j, change in of_joint.items():
         joint, frame = model.joints[j], _frame_b(model, pose, j)
-        turned = np.concatenate([back(frame, change[:3].T).T, back(frame, change[3:].T).T])
+        both = change.reshape(2, 3, -1).swapaxes(1, 2)  # force and torque
+        turned = rotate(conjugate(frame), both).swapaxes(1, 2).reshape(6, -1)
         twists = _twists(model, pose, j)
         duals = np.linalg.pinv(twists)[: len(joint.dofs)]
         efforts = twists[:, : len(joint.dofs)].T @ turned
@@ -143,11 +133,7 @@ def _frame_b(model: Model, pose: Pose, j: int) -> Array:
     """Orientation of frame B of a joint in the world."""
     joint = model.joints[j]
     own = np.array(joint.frame_b.rotation)
-    if joint.body_b == WORLD:
-        return own
-    w1, w2 = pose.orientations[joint.body_b, 0], own[0]
-    a, b = pose.orientations[joint.body_b, 1:], own[1:]
-    return np.array([w1 * w2 - a @ b, *(w1 * b + w2 * a + np.cross(a, b))])
+    return own if joint.body_b == WORLD else product(pose.orientations[joint.body_b], own)
 
 
 def _held_at(model: Model, pose: Pose, j: int) -> Array:
@@ -176,10 +162,9 @@ def _twists(model: Model, pose: Pose, j: int) -> Array:
             continue
         anchor = rotate(turned, np.array(dof.anchor)) + moved
         columns.append(np.array([*np.cross(axis, at - anchor), *(length * axis)]))
-        by = np.array([np.cos(value / 2), *(np.sin(value / 2) * axis)])
+        by = exponential(value * axis)
         moved = anchor + rotate(by, moved - anchor)
-        w, v = turned[0], turned[1:]
-        turned = np.array([by[0] * w - by[1:] @ v, *(by[0] * v + w * by[1:] + np.cross(by[1:], v))])
+        turned = product(by, turned)
     if joint.spherical:
         columns += [np.array([0, 0, 0, *row]) for row in length * np.eye(3)]
     return np.array(columns).T if columns else np.zeros((6, 0))
@@ -190,7 +175,7 @@ def _origin_a_in_b(model: Model, pose: Pose, j: int) -> Array:
     origin = np.array(joint.frame_b.position)
     if joint.body_b != WORLD:
         origin = pose.positions[joint.body_b] + rotate(pose.orientations[joint.body_b], origin)
-    return back(_frame_b(model, pose, j), _held_at(model, pose, j) - origin)
+    return rotate(conjugate(_frame_b(model, pose, j)), _held_at(model, pose, j) - origin)
 
 
 def _of_joint(model: Model, pose: Pose, j: int) -> Iterator[_Column]:
@@ -209,7 +194,7 @@ def _of_joint(model: Model, pose: Pose, j: int) -> Iterator[_Column]:
     left, values, _ = np.linalg.svd(twists) if twists.shape[1] else (np.eye(6), np.zeros(0), None)
     rank = int(np.sum(values > SINGULAR * values.max(initial=0.0)))
     for wrench in (*left[:, rank:].T, *_unknown_efforts(model, pose, j, twists)):
-        force, torque = rotate(frame, wrench[:3]), rotate(frame, wrench[3:])
+        force, torque = rotate(frame, wrench.reshape(2, 3))
         yield _Column((joint.body_a, joint.body_b), point, force, torque, j)
 
 
@@ -236,7 +221,7 @@ def _relative_twist(model: Model, pose: Pose, j: int) -> Array:
             velocity = pose.linear_velocities[body] + np.cross(spin, at - pose.positions[body])
             total += sign * np.array([*velocity, *(model.length * spin)])
     frame = _frame_b(model, pose, j)
-    return np.concatenate([back(frame, total[:3]), back(frame, total[3:])])
+    return rotate(conjugate(frame), total.reshape(2, 3)).ravel()
 
 
 def _is_unknown(dof: Dof, value: float, rate: float, unit: float) -> bool:

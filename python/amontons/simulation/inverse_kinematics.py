@@ -20,8 +20,9 @@ from ..model.links import frame_rows
 from ..model.model import Model
 from ..model.parts import WORLD
 from ..model.transforms import Transform
+from ..model.turns import conjugate, logarithm, product
 from .sensors import Frames
-from .tangent import angles, conjugate, integrate, logarithm, product
+from .tangent import angles, integrate
 
 FIRST_DAMPING = 1e-3
 """relative to the largest entry of J^T J"""

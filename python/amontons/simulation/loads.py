@@ -11,7 +11,8 @@ from ..checks import Array
 from ..model.coordinates import degrees, joint_labels
 from ..model.model import Model, no_model
 from ..model.parts import WORLD
-from .determinacy import Determined, Pose, back, determined, rotate
+from ..model.turns import conjugate, exponential, rotate
+from .determinacy import Determined, Pose, determined
 from .step_report import Report, Table
 from .tables import WRENCH, WRENCH_UNITS
 
@@ -261,14 +262,12 @@ def in_frames_b(model: Model, pose: Pose, wrenches: Array, dt: float) -> Array:
     bodies = np.array([joint.body_b for joint in model.joints], dtype=int)
     on = bodies != WORLD
     if on.any():
-        spins = dt * pose.angular_velocities[bodies[on]]
-        half = np.linalg.norm(spins, axis=1, keepdims=True) / 2
-        steps = np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * spins], axis=1)
+        steps = exponential(dt * pose.angular_velocities[bodies[on]])
         ends = pose.orientations[bodies[on]]
         ends = ends / np.linalg.norm(ends, axis=1, keepdims=True)
-        turned[on] = back(ends[:, None], rotate(steps[:, None], turned[on]))
+        turned[on] = rotate(conjugate(ends)[:, None], rotate(steps[:, None], turned[on]))
     frames = np.array([joint.frame_b.rotation for joint in model.joints]).reshape(-1, 4)
-    return back(frames[:, None], turned).reshape(-1, 6)
+    return rotate(conjugate(frames)[:, None], turned).reshape(-1, 6)
 
 
 def pair_values(contacts: Table) -> tuple[list[tuple[int, int]], Array]:

@@ -19,6 +19,7 @@ from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.sensing import Sensor
 from ..model.transforms import Transform
+from ..model.turns import conjugate, product
 from .rays import cast_rays
 from .step_report import Table
 from .tables import actuator_table, contact_table, effort_table, reaction_table, tendon_table
@@ -352,10 +353,7 @@ def _positions(now: Moment, group: Group) -> Array:
 
 def _orientations(now: Moment, group: Group) -> Array:
     """conj(a) b of the reference a and the frame b."""
-    a, b = now.references(group).orientation, now.frames(group).orientation
-    u, v, s, t = a[:, 1:], b[:, 1:], a[:, :1], b[:, :1]
-    scalar = s[:, 0] * t[:, 0] + np.einsum("ij,ij->i", u, v)
-    return np.concatenate([scalar[:, None], s * v - t * u - np.cross(u, v)], axis=1)
+    return product(conjugate(now.references(group).orientation), now.frames(group).orientation)
 
 
 def _axis(k: int) -> Kind:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..checks import Array
 from ..model.parts import WORLD
-from ..report.batches import product, turned, visuals_of
+from ..model.turns import product, rotate
+from ..report.batches import visuals_of
 from ..report.colours import STATES
 from ..report.extents import Balls
 from ..report.force_lines import Lines, force_lines, width_per_newton
@@ -86,7 +87,7 @@ class Marks:
                 self._joint_frames(kind, positions, orientations)
             else:
                 local = np.array([body.centre_of_mass for body in self._run.model.bodies]).reshape(-1, 3)
-                self._points(kind, positions + turned(orientations, local), CENTRE)
+                self._points(kind, positions + rotate(orientations, local), CENTRE)
         ends = self._run.spring.ends() if isinstance(self._run, LiveRun) else None
         if ends is None:
             self._hide("spring")
@@ -143,7 +144,7 @@ class Marks:
         bodies = np.array([joint.body_a for joint in joints])
         q = np.where((bodies == WORLD)[:, None], (1.0, 0.0, 0.0, 0.0), orientations[bodies])
         x = np.where((bodies == WORLD)[:, None], 0.0, positions[bodies])
-        at = x + turned(q, np.array([joint.frame_a.position for joint in joints]))
+        at = x + rotate(q, np.array([joint.frame_a.position for joint in joints]))
         axes = product(q, np.array([joint.frame_a.rotation for joint in joints]))
         if (handle := self._handles.get(kind)) is None:
             self._handles[kind] = self._scene.add_batched_axes(

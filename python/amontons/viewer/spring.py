@@ -9,6 +9,7 @@ import numpy as np
 from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD
+from ..model.turns import conjugate, rotate
 from ..simulation.simulation import Simulation
 
 FREQUENCY = 1.5
@@ -38,8 +39,8 @@ class Spring:
         """Take the body at a point of the world."""
         self.release()
         state = self._simulation.state
-        R = rotation(state.orientations[body])
-        self.body, self._arm = body, R.T @ (point - state.positions[body])
+        self.body = body
+        self._arm = rotate(conjugate(state.orientations[body]), point - state.positions[body])
         self._target = point.copy()
 
     def pull(self, target: Array) -> None:
@@ -63,8 +64,7 @@ class Spring:
         b, state, part = self.body, simulation.state, simulation.model.bodies[self.body]
         if part.motion != "dynamic":
             return
-        R = rotation(state.orientations[b])
-        arm, centre = R @ self._arm, R @ np.array(part.centre_of_mass)
+        arm, centre = rotate(state.orientations[b], (self._arm, part.centre_of_mass))
         velocity = state.linear_velocities[b] + np.cross(state.angular_velocities[b], arm)
         about_centre = arm - centre
         least = 1 / part.mass + float(about_centre @ about_centre) / np.linalg.eigvalsh(part.inertia)[0]
@@ -77,7 +77,7 @@ class Spring:
     def _point(self) -> Array:
         assert self.body is not None
         state = self._simulation.state
-        return state.positions[self.body] + rotation(state.orientations[self.body]) @ self._arm
+        return state.positions[self.body] + rotate(state.orientations[self.body], self._arm)
 
     def _hold(self, load: Array) -> None:
         """Beside what the user holds."""
@@ -85,13 +85,6 @@ class Spring:
         state.forces[self.body] += load[:3] - self._load[:3]
         state.torques[self.body] += load[3:] - self._load[3:]
         self._load = load
-
-
-def rotation(q: Array) -> Array:
-    """The matrix of a unit quaternion."""
-    w, v = q[0], q[1:]
-    K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * K + 2 * K @ K
 
 
 def connected_mass(model: Model) -> Array:

@@ -13,7 +13,8 @@ from ..checks import Array
 from ..model.model import Model
 from ..model.parts import WORLD, Geom
 from ..model.shapes import Plane
-from ..report.batches import Batch, shapes_of, turned, visuals_of
+from ..model.turns import rotate
+from ..report.batches import Batch, shapes_of, visuals_of
 
 if TYPE_CHECKING:
     import viser
@@ -261,8 +262,8 @@ def behind(batch: Batch, eye: Array, points: Array) -> NDArray[np.bool_]:
     found = np.zeros(len(points), dtype=bool)
     for at, q, scale in zip(batch.positions, batch.rotations, batch.scales, strict=True):
         back = np.broadcast_to(q * (1, -1, -1, -1), (len(points), 4))
-        start = turned(back[:1], (eye - at)[None])[0] if len(points) else eye
-        way = turned(back, points - at) - start
+        start = rotate(back[:1], (eye - at)[None])[0] if len(points) else eye
+        way = rotate(back, points - at) - start
         with np.errstate(divide="ignore", invalid="ignore"):  # along a face: 0 / 0 is outside
             one, other = (low * scale - start) / way, (high * scale - start) / way
         enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
@@ -276,7 +277,7 @@ def _bounds(batches: list[Batch]) -> tuple[Array, Array]:
     for batch in batches:
         for at, q, scale in zip(batch.positions, batch.rotations, batch.scales, strict=True):
             corners = batch.surface.vertices * scale
-            there = at + turned(np.broadcast_to(q, (len(corners), 4)), corners)
+            there = at + rotate(np.broadcast_to(q, (len(corners), 4)), corners)
             low, high = np.minimum(low, there.min(axis=0)), np.maximum(high, there.max(axis=0))
     return low, high
 
@@ -286,7 +287,7 @@ def inside(batch: Batch, eye: Array) -> bool:
     if not batch.surface.closed:
         return False
     back = batch.rotations * (1, -1, -1, -1)
-    local = turned(back, eye - batch.positions) / batch.scales
+    local = rotate(back, eye - batch.positions) / batch.scales
     low, high = batch.surface.vertices.min(axis=0), batch.surface.vertices.max(axis=0)
     return bool(((local >= low) & (local <= high)).all(axis=1).any())
 

@@ -350,7 +350,7 @@ def test_titles():
 # Breaks when a line of the network is elsewhere, or as thick, as it should be: bars are cylinders of radius
 # one and half length one along z.
 def test_network_bars_lie_on_their_lines(served):
-    from amontons.report.batches import turned
+    from amontons.model.turns import rotate
     from amontons.viewer.network import Network
 
     viewer = served(stack())
@@ -361,7 +361,7 @@ def test_network_bars_lie_on_their_lines(served):
     handle = network._handle
     for sign, ends in ((-1, start), (1, end)):
         tips = np.column_stack((np.zeros((3, 2)), sign * handle.batched_scales[:3, 2]))
-        at = handle.batched_positions[:3] + turned(handle.batched_wxyzs[:3], tips)
+        at = handle.batched_positions[:3] + rotate(handle.batched_wxyzs[:3], tips)
         assert at == pytest.approx(ends, abs=1e-6)
     assert 2 * handle.batched_scales[:3, 0] == pytest.approx(np.array([0.1, 0.2, 0.3]))
     assert (handle.batched_scales[3:] == 0).all()
