@@ -12,6 +12,7 @@ import numpy as np
 from .. import _core
 from ..checks import changed
 from .collection import LISTS, NAMED, KeyframePart, Parts
+from .groups import connected
 from .links import Link
 from .model import Model
 from .parts import OWN, WORLD, Body, Bond, Geom, Joint
@@ -185,23 +186,11 @@ def held(model: Model, seat: Seat) -> list[int]:
     """
     if seat.parent == WORLD:
         return []
-    leader = list(range(len(model.bodies)))
-
-    def find(b: int) -> int:
-        while leader[b] != b:
-            b = leader[b]
-        return b
-
-    bound = set()
-    for joint in model.joints:
-        ends = (joint.body_a, joint.body_b)
-        if WORLD in ends:
-            bound.add(max(ends))
-        else:
-            low, high = sorted(map(find, ends))
-            leader[high] = low
+    ends = [(joint.body_a, joint.body_b) for joint in model.joints]
+    leader = connected(len(model.bodies), (pair for pair in ends if WORLD not in pair))
+    bound = {max(pair) for pair in ends if WORLD in pair}
     still = {b for b, body in enumerate(model.bodies) if body.motion != "dynamic"}
-    held_by_others = {find(b) for b in bound | still}
+    held_by_others = {leader[b] for b in bound | still}
     free = [b for b in range(len(model.bodies)) if leader[b] == b and b not in held_by_others]
     fixed = [b for b in still if model.bodies[b].motion == "static" and seat.carries]
     return sorted({*free, *fixed})

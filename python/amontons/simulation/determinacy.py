@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import Array
+from ..model.groups import connected
 from ..model.model import Model
 from ..model.parts import WORLD, Dof
 from ..model.turns import conjugate, exponential, product, rotate
@@ -311,20 +312,10 @@ def _without_branches(joints: int, bonds: list[_Bond]) -> list[_Bond]:
 
 def _islands(bodies: int, bonds: list[_Bond]) -> list[list[_Bond]]:
     """Bonds by bodies that hang together; fixed bodies and the world hold nothing together."""
-    root = list(range(bodies))
-
-    def find(body: int) -> int:
-        while root[body] != body:
-            root[body] = root[root[body]]
-            body = root[body]
-        return body
-
-    for bond in bonds:
-        if len(bond.bodies) == 2:
-            root[find(bond.bodies[0])] = find(bond.bodies[1])
+    root = connected(bodies, (bond.bodies for bond in bonds if len(bond.bodies) == 2))
     found: dict[int, list[_Bond]] = {}
     for bond in bonds:
-        found.setdefault(find(bond.bodies[0]) if bond.bodies else WORLD, []).append(bond)
+        found.setdefault(root[bond.bodies[0]] if bond.bodies else WORLD, []).append(bond)
     return list(found.values())
 
 

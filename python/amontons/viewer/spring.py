@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from ..checks import Array
+from ..model.groups import connected
 from ..model.model import Model
-from ..model.parts import WORLD
 from ..model.turns import conjugate, rotate
 from ..simulation.simulation import Simulation
 
@@ -89,20 +90,8 @@ class Spring:
 
 def connected_mass(model: Model) -> Array:
     """By body, the mass of all dynamic bodies that joints connect with it (kg)."""
-    group = list(range(len(model.bodies)))
-
-    def find(b: int) -> int:
-        while group[b] != b:
-            group[b] = group[group[b]]
-            b = group[b]
-        return b
-
-    for joint in model.joints:
-        a, b = joint.body_a, joint.body_b
-        assert isinstance(a, int)  # names are for the builder only
-        assert isinstance(b, int)
-        if WORLD not in (a, b) and all(model.bodies[k].motion == "dynamic" for k in (a, b)):
-            group[find(a)] = find(b)
-    roots = np.array([find(b) for b in range(len(model.bodies))], dtype=int)
-    masses = np.array([body.mass if body.motion == "dynamic" else 0.0 for body in model.bodies])
+    dynamic = {b for b, body in enumerate(model.bodies) if body.motion == "dynamic"}
+    ends: list[tuple[Any, Any]] = [(joint.body_a, joint.body_b) for joint in model.joints]
+    roots = np.array(connected(len(model.bodies), (pair for pair in ends if dynamic.issuperset(pair))), int)
+    masses = np.array([body.mass if b in dynamic else 0.0 for b, body in enumerate(model.bodies)])
     return np.bincount(roots, weights=masses, minlength=len(roots))[roots] if len(roots) else masses

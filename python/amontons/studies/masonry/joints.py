@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree  # type: ignore[import-untyped]
 from ...checks import Array, listed
 from ...errors import InputError
 from ...model.assembly import Assembly, Block
+from ...model.groups import connected
 from ...model.parts import WORLD
 from .polygons import area, common, hull
 
@@ -227,24 +228,17 @@ def require_joined(
     """
     blocks = assembly.blocks
     ties = list(ties)
-    reached = {i for i, block in enumerate(blocks) if block.fixed}
-    reached |= {WORLD} if any(WORLD in pair for pair in ties) else set()
-    if not reached:
+    supports = [i for i, block in enumerate(blocks) if block.fixed]
+    supports += [WORLD] * any(WORLD in pair for pair in ties)
+    if not supports:
         low = min(blocks, key=lambda block: float(block.vertices[:, 2].min()))
         raise InputError(
             f"no block is a support; name some, as supports={[low.name]!r} (the lowest block), "
             'or give supports="lowest" or supports="ground"'
         )
-    neighbours: dict[int, set[int]] = {}
-    for a, b in (*((joint.a, joint.b) for joint in joints), *ties):
-        neighbours.setdefault(a, set()).add(b)
-        neighbours.setdefault(b, set()).add(a)
-    waiting = list(reached)
-    while waiting:
-        for near in neighbours.get(waiting.pop(), set()) - reached:
-            reached.add(near)
-            waiting.append(near)
-    loose = [block.name for i, block in enumerate(blocks) if i not in reached]
+    group = connected(len(blocks) + 1, (*((joint.a, joint.b) for joint in joints), *ties))
+    held = {group[i] for i in supports}
+    loose = [block.name for i, block in enumerate(blocks) if group[i] not in held]
     if loose:
         names = listed([*map(repr, loose)], 5)
         raise InputError(
