@@ -17,6 +17,7 @@ from time import perf_counter
 import amontons
 import amontons.scenes
 import numpy as np
+from amontons.model.turns import conjugate, rotate
 from common import ROOT, Row, arguments, fill, with_folders
 
 sys.path.insert(0, str(ROOT / "tests" / "physics"))
@@ -162,8 +163,8 @@ def free_body(scale: float) -> Figures:
     inertia = np.array(sim.model.bodies[0].inertia)
 
     def angular_momentum() -> np.ndarray:
-        R = m.rotation(sim.state.orientations[0])
-        return R @ inertia @ R.T @ sim.state.angular_velocities[0]
+        q = sim.state.orientations[0]
+        return rotate(q, inertia @ rotate(conjugate(q), sim.state.angular_velocities[0]))
 
     before, spin = angular_momentum(), np.linalg.norm(sim.state.angular_velocities[0])
     energies = [r.kinetic_energy for r in m.run(sim, duration)]

@@ -17,6 +17,7 @@ OFFERED: dict[str, Collection[str]] = {
     "model.assembly": ("Assembly", "Block", "DENSITY", "FRICTION"),
     "model.compiled": ("Looks", "Parts"),
     "model.coordinates": ("coordinate_name", "is_floating", "known"),
+    "model.decomposing": ("winding",),
     "model.groups": ("connected",),
     "model.links": ("place_index",),
     "model.mass": ("MassProperties", "NOTHING", "principal"),

@@ -12,6 +12,7 @@ from typing import Any
 import amontons
 import amontons.scenes
 import numpy as np
+from amontons.model.turns import rotate
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
 from middle import energies_in_the_middle, kick, middle
@@ -170,8 +171,7 @@ def drive(sim: amontons.Simulation, duration: float) -> Drive:
     shoes = [i for i, name in enumerate(names) if " shoe " in name]
     relative = sim.state.positions[shoes] - sim.state.positions[hull]
     # Wheels and guides hold a shoe sideways within its clearance; a thrown track lies outside.
-    R = rotation(sim.state.orientations[hull])
-    sideways = np.abs(relative @ R[:, 1])
+    sideways = np.abs(relative @ rotate(sim.state.orientations[hull], (0, 1, 0)))
     lost = int(((np.abs(sideways - 0.75) > 0.1) | (np.linalg.norm(relative, axis=1) > 3)).sum())
     wall = sum(r.timings.total for r in reports)
     return Drive(
@@ -182,18 +182,6 @@ def drive(sim: amontons.Simulation, duration: float) -> Drive:
         joint_error=max(r.joint_error for r in reports),
         worst_residual=max(r.residual for r in reports),
         penetration=max(r.penetration for r in reports),
-    )
-
-
-def rotation(q: np.ndarray) -> np.ndarray:
-    """The matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
     )
 
 

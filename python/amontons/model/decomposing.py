@@ -75,13 +75,16 @@ def _deviation(mesh: Mesh, hull: Hull) -> float:
 def _outside(points: Array, corners: Array) -> Array:
     """The distance (n,) of points outside of a closed surface (t, 3, 3) from it; 0 within."""
     a, b, c = (corners[None, :, k] - points[:, None] for k in range(3))
-    lengths = [np.linalg.norm(x, axis=2) for x in (a, b, c)]
-    dots = [np.einsum("ijk,ijk->ij", x, y) for x, y in ((a, b), (b, c), (c, a))]
-    volume = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
-    below = lengths[0] * lengths[1] * lengths[2] + dots[0] * lengths[2] + dots[1] * lengths[0]
-    # The solid angle of each triangle (Van Oosterom and Strackee, 1983); all of them are 4 pi within.
-    winding = np.arctan2(volume, below + dots[2] * lengths[1]).sum(axis=1) / (2 * np.pi)
-    return np.where(winding > 0.5, 0.0, _distance(a, b, c).min(axis=1))
+    return np.where(winding(a, b, c) > 0.5, 0.0, _distance(a, b, c).min(axis=1))
+
+
+def winding(a: Array, b: Array, c: Array) -> Array:
+    """How often triangles (..., t, 3) surround the origin, 1 inside and 0 outside: the sum of their solid
+    angles (Van Oosterom and Strackee, 1983) over 4 pi."""
+    la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
+    ab, bc, ca = (np.einsum("...k,...k", x, y) for x, y in ((a, b), (b, c), (c, a)))
+    below = la * lb * lc + ab * lc + bc * la + ca * lb
+    return np.arctan2(np.einsum("...k,...k", a, np.cross(b, c)), below).sum(axis=-1) / (2 * np.pi)
 
 
 def _distance(a: Array, b: Array, c: Array) -> Array:

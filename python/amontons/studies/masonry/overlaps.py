@@ -9,6 +9,7 @@ import numpy as np
 from ...checks import Array
 from ...errors import InputError
 from ...model.assembly import Assembly, Block
+from ...model.decomposing import winding
 from .joints import faces_of, near_pairs
 
 NAMED = 3
@@ -91,19 +92,14 @@ def _of_any(a: Block, b: Block, gap: float) -> tuple[float, Array]:
         points = corners.mean(axis=1) - 1.01 * gap * across / np.maximum(size, 1e-300)[:, None]
         near = np.all((points > other.vertices.min(axis=0)) & (points < other.vertices.max(axis=0)), axis=1)
         for point in points[near & (size > 0)]:
-            if winding(point, other) > 0.5 and _inside(point, one):
+            if _surrounds(other, point) and _inside(point, one):
                 return 2 * gap, point
     return 0.0, np.zeros(3)
 
 
 def _inside(point: Array, block: Block) -> bool:
-    return not _closed(block) or winding(point, block) > 0.5
+    return not _closed(block) or _surrounds(block, point)
 
 
-def winding(point: Array, block: Block) -> float:
-    """How often the surface surrounds a point: 1 inside, 0 outside (Van Oosterom and Strackee, 1983)."""
-    a, b, c = (block.vertices[block.triangles[:, k]] - point for k in range(3))
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-    return float(np.arctan2(volume, below).sum() / (2 * np.pi))
+def _surrounds(block: Block, point: Array) -> bool:
+    return bool(winding(*(block.vertices[block.triangles[:, k]] - point for k in range(3))) > 0.5)
