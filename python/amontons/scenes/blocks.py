@@ -8,7 +8,7 @@ from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
 from ..model.shapes import Box, Plane, Sphere
-from .geometry import Y, about, point, require, rotate
+from .geometry import Y, about, require, rotate
 from .registry import scene
 
 
@@ -23,7 +23,7 @@ def incline(*, angle: float = 10.0, mu: float = 0.5, size: float = 0.2) -> Model
     b = ModelBuilder(friction_rule="maximum")
     ramp = about(Y, -math.radians(angle))
     b.add_geom(None, Plane(), orientation=ramp, material=Material(friction=mu), name="ramp")
-    position = point(rotate(ramp, (0, 0, size / 2)))
+    position = rotate(ramp, (0, 0, size / 2))
     b.add_body(
         "block",
         position=position,
@@ -95,7 +95,7 @@ def rolling_balls(
         rolling = coefficients * critical * i / (balls - 1)
         b.add_body(
             f"ball {i}",
-            position=point(rotate(ramp, (0, 3 * radius * i, radius))),
+            position=rotate(ramp, (0, 3 * radius * i, radius)),
             shape=Sphere(radius),
             density=7800,
             material=Material(friction=mu, rolling_friction=rolling),
@@ -114,7 +114,7 @@ def tipping_box(*, angle: float = 20.0, width: float = 0.2, height: float = 0.5,
     b.add_geom(None, Plane(), orientation=ramp, material=Material(friction=mu), name="ramp")
     b.add_body(
         "box",
-        position=point(rotate(ramp, (0, 0, height / 2))),
+        position=rotate(ramp, (0, 0, height / 2)),
         orientation=ramp,
         shape=Box((width / 2, width / 2, height / 2)),
         density=1000,

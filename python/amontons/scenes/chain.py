@@ -10,7 +10,7 @@ from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
 from ..model.shapes import Box, Capsule, Cylinder, Sphere
-from .geometry import X, Y, about, add_part, from_z, point, require, rotate
+from .geometry import X, Y, about, add_part, from_z, require, rotate
 from .registry import scene
 
 _DRUM, _CHAIN = 1, 2
@@ -45,13 +45,13 @@ def chain(
             mask=0,
             category=0,
         )
-        b.add_ball_joint(body, above, point=point(i * link_length * down), name=f"joint {i}")
+        b.add_ball_joint(body, above, point=i * link_length * down, name=f"joint {i}")
         above = body
     mass = end_mass_ratio * shape.mass_properties(density).mass
     size = (mass / density * 3 / (4 * math.pi)) ** (1 / 3)
     end = links * link_length * down
     ball = add_part(b, "ball", Sphere(size), density=density, position=end + size * down, mask=0, category=0)
-    b.add_ball_joint(ball, above, point=point(end), name="end")
+    b.add_ball_joint(ball, above, point=end, name="end")
     return b.build()
 
 
@@ -101,7 +101,7 @@ def capstan(*, load_ratio: float = 2.0, mu: float = 0.3, links: int = 24, radius
             mask=0,
         )
         if previous is not None:
-            b.add_revolute_joint(body, previous, point=point(pin(k)), axis=Y, name=f"pin {k}")
+            b.add_revolute_joint(body, previous, point=pin(k), axis=Y, name=f"pin {k}")
         previous = body
         bodies.append(body)
     for name, end, side, mass in (
@@ -112,9 +112,9 @@ def capstan(*, load_ratio: float = 2.0, mu: float = 0.3, links: int = 24, radius
         size = 0.5 * radius
         load = b.add_body(
             name,
-            position=point(top - (0, 0, radius)),
+            position=top - (0, 0, radius),
             mass=mass,
             inertia=(mass * size**2 / 6,) * 3,
         )
-        b.add_revolute_joint(load, end, point=point(top), axis=Y, name=f"strap {name}")
+        b.add_revolute_joint(load, end, point=top, axis=Y, name=f"strap {name}")
     return b.build()

@@ -7,7 +7,7 @@ import math
 from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.shapes import Box
-from .geometry import Y, about, point, require, rotate
+from .geometry import Y, about, require, rotate
 from .registry import scene
 
 
@@ -40,7 +40,7 @@ def pendulum(*, length: float = 1.0, angle: float = 20.0, thickness: float = 0.0
     tilt = about(Y, -math.radians(angle))
     bar = b.add_body(
         "bar",
-        position=point(rotate(tilt, (0, 0, -length / 2))),
+        position=rotate(tilt, (0, 0, -length / 2)),
         orientation=tilt,
         shape=Box((thickness / 2, thickness / 2, length / 2)),
         density=1000,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from ..errors import InputError
 from ..model.builder import ModelBuilder
 from ..model.parts import Material
 from ..model.shapes import Shape
+from ..model.transforms import axis_angle
 from ..model.turns import rotate as rotate
 
 Vector = tuple[float, float, float]
@@ -20,14 +20,9 @@ Quaternion = tuple[float, float, float, float]
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)
+about = axis_angle
 STEEL = 7800.0
 """Density, kg/m^3."""
-
-
-def about(axis: Vector, angle: float) -> Quaternion:
-    """The rotation by an angle (rad) about a unit axis."""
-    s = math.sin(angle / 2)
-    return (math.cos(angle / 2), s * axis[0], s * axis[1], s * axis[2])
 
 
 def from_z(direction: ArrayLike) -> Quaternion:
@@ -39,12 +34,6 @@ def from_z(direction: ArrayLike) -> Quaternion:
     q = np.array([1 + d[2], -d[1], d[0], 0.0])
     q /= np.linalg.norm(q)
     return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
-
-
-def point(v: ArrayLike) -> Vector:
-    """A vector as three plain numbers."""
-    x, y, z = np.asarray(v, dtype=float)
-    return (float(x), float(y), float(z))
 
 
 def require(condition: bool, scene: str, message: str) -> None:

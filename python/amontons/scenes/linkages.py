@@ -10,7 +10,7 @@ from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Motor
 from ..model.shapes import Box
-from .geometry import Quaternion, Y, about, add_part, point, require
+from .geometry import Quaternion, Y, about, add_part, require
 from .registry import scene
 
 _DENSITY = 1000.0
@@ -128,7 +128,7 @@ def slider_crank(*, speed: float = 2.0 * math.pi, crank: float = 0.2, rod: float
         "slider",
         Box((0.05, 0.05, 0.05)),
         density=_DENSITY,
-        position=point((end[0], 0, 0)),
+        position=(end[0], 0, 0),
         category=0,
         mask=0,
     )

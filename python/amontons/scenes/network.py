@@ -7,7 +7,7 @@ import numpy as np
 from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.shapes import Sphere
-from .geometry import point, require
+from .geometry import require
 from .registry import scene
 
 
@@ -39,7 +39,7 @@ def network(
             position=(i * pitch, j * pitch, -(k + 0.5) * pitch),
             mass=1.0,
             inertia=(0.1, 0.1, 0.1),
-            linear_velocity=point(rng.normal(scale=speed, size=3)),
+            linear_velocity=rng.normal(scale=speed, size=3),
         )
         b.add_geom(int(grid[i, j, k]), Sphere(pitch / 5), category=0, mask=0)
     for i, j, k in np.ndindex(grid.shape):

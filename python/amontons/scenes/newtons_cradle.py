@@ -10,7 +10,7 @@ from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
 from ..model.shapes import Sphere
-from .geometry import STEEL, Y, about, point, require, rotate
+from .geometry import STEEL, Y, about, require, rotate
 from .registry import scene
 
 
@@ -40,11 +40,11 @@ def newtons_cradle(
         hang = np.array([0, 0, -length])
         centre = support + (rotate(tilt, hang) if i < raised else hang)
         ball = b.add_body(
-            f"ball {i}", position=point(centre), shape=Sphere(radius), density=STEEL, material=material
+            f"ball {i}", position=centre, shape=Sphere(radius), density=STEEL, material=material
         )
         for side in (-1, 1):
             anchor = support + (0, side * spread, 0)
             b.add_distance_joint(
-                ball, None, point_a=point(centre), point_b=point(anchor), name=f"string {i} {'-+'[side > 0]}"
+                ball, None, point_a=centre, point_b=anchor, name=f"string {i} {'-+'[side > 0]}"
             )
     return b.build()

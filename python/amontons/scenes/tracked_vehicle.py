@@ -12,7 +12,7 @@ from ..model.model import Model
 from ..model.parts import Dof, Joint, Material, Motor
 from ..model.shapes import Box, Cylinder, Plane
 from ..model.transforms import Transform
-from .geometry import X, Y, Z, about, add_part, point, require
+from .geometry import X, Y, Z, about, add_part, require
 from .registry import scene
 from .track_path import Circle, close
 
@@ -195,7 +195,7 @@ def _shoes(b: ModelBuilder, track: Track, name: str, y: float, pins: np.ndarray,
         bodies.append(shoe)
     for k in range(count):
         pin = (pins[k][0], y, pins[k][1])
-        b.add_revolute_joint(bodies[k], bodies[k - 1], point=point(pin), axis=Y, name=f"{name} pin {k}")
+        b.add_revolute_joint(bodies[k], bodies[k - 1], point=pin, axis=Y, name=f"{name} pin {k}")
 
 
 def _wheel(

@@ -10,7 +10,7 @@ from ..model.builder import ModelBuilder
 from ..model.model import Model
 from ..model.parts import Material
 from ..model.shapes import Box, Capsule, Plane, Sphere
-from .geometry import STEEL, X, about, add_part, from_z, point, require, rotate
+from .geometry import STEEL, X, about, add_part, from_z, require, rotate
 from .registry import scene
 
 _WRECKER = 2
@@ -105,7 +105,7 @@ def _wrecking_ball(
             material=material,
             category=_WRECKER,
         )
-        b.add_ball_joint(body, above, point=point(anchor + i * link * down), name=f"chain {i}")
+        b.add_ball_joint(body, above, point=anchor + i * link * down, name=f"chain {i}")
         above = body
     centre = anchor + length * down
     ball = add_part(
@@ -119,4 +119,4 @@ def _wrecking_ball(
         material=material,
         category=_WRECKER,
     )
-    b.add_ball_joint(ball, above, point=point(centre - radius * down), name="chain end")
+    b.add_ball_joint(ball, above, point=centre - radius * down, name="chain end")
