@@ -1,4 +1,4 @@
-"""What hangs together."""
+"""Connected components."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 
 def connected(count: int, pairs: Iterable[Sequence[int]]) -> list[int]:
-    """Of each of so many things the first one of those that pairs connect with it; -1 is the last one."""
+    """The least number that pairs connect with each of 0 .. count - 1; in a pair, -1 means count - 1."""
     first = list(range(count))
 
     def find(k: int) -> int:
