@@ -121,3 +121,18 @@ def pile(bodies=6, seed=1):
 def one_contact(mu=0.5, normal_velocity=-1.0, tangential_velocity=0.3):
     """A unit mass (point) on a plane: A = I. Sticks if |v_t| <= mu |v_n|."""
     return np.eye(3), np.array([normal_velocity, tangential_velocity, 0.0]), [amontons.vi.Friction(mu)]
+
+
+def assert_same(problem, other):
+    """That a file gives back a problem that was written, but for rounding of the operator and of b."""
+    x = np.random.default_rng(1).normal(size=problem.rows)
+    for wanted, found in ((problem.A @ x, other.A @ x), (problem.b, other.b)):
+        assert np.abs(found - wanted).max(initial=0) <= 2e-13 * np.abs(wanted).max(initial=1e-300)
+    ours, theirs = ([cone for cone in p.cones if cone.rows] for p in (problem, other))
+    assert [(cone.kind, cone.n) for cone in ours] == [(cone.kind, cone.n) for cone in theirs]
+    for one, two in zip(ours, theirs, strict=True):
+        assert all(np.array_equal(a, b) for a, b in zip(one.parameters, two.parameters, strict=True))
+    for law in ("associated", "coulomb"):
+        assert other.residual(x, law=law) == pytest.approx(problem.residual(x, law=law), rel=1e-9)
+    assert len(other.guesses) == len(problem.guesses)
+    assert all(np.array_equal(a, b) for a, b in zip(other.guesses, problem.guesses, strict=True))

@@ -6,27 +6,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from amontons import cli
-from problems import matrix_of, random_spd, read_quietly, real_file
+from problems import assert_same, matrix_of, random_spd, read_quietly, real_file
 from rolling import check_laws, random_problem
 from typer.testing import CliRunner
 
 CHUTE, ROCKFALL = "fclib-rolling/Chute-ndof-768-nc-4-3.hdf5", "fclib-rolling/rockfall_14_25792.npz"
-
-
-def assert_same(problem, other):
-    x = np.random.default_rng(1).normal(size=problem.rows)
-    assert np.allclose(other.A @ x, problem.A @ x, rtol=0, atol=1e-12 * np.abs(problem.A @ x).max())
-    assert np.allclose(other.b, problem.b, rtol=0, atol=1e-12 * np.abs(problem.b).max())
-    ours, theirs = ([cone for cone in p.cones if cone.rows] for p in (problem, other))
-    assert [cone.kind for cone in ours] == [cone.kind for cone in theirs]
-    for one, two in zip(ours, theirs, strict=True):
-        assert one.n == two.n
-        assert all(np.array_equal(a, b) for a, b in zip(one.parameters, two.parameters, strict=True))
-    for law in ("associated", "coulomb"):
-        assert other.residual(x, law=law) == pytest.approx(problem.residual(x, law=law), rel=1e-9)
-    assert len(other.guesses) == len(problem.guesses)
-    for one, two in zip(problem.guesses, other.guesses, strict=True):
-        assert np.array_equal(one, two)
 
 
 # Breaks when writing or reading loses a coefficient or takes five rows for three, in any form and storage.
