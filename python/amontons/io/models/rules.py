@@ -73,6 +73,12 @@ SOFTNESS = words("solref solimp solreflimit solimplimit solreffriction solimpfri
 ADHESION = "adhesion"
 DELAY = "delay of an actuator"
 
+DAMPING = (zero_from(1), "a nonlinear damper; its linear part is the first number")
+SPRING = {
+    "springyield": (zero, "a spring that yields"),
+    "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
+    "damping": DAMPING,
+}
 BODY = Rule(
     words("name childclass mocap gravcomp") | FRAME,
     words("user simple sleep fuse"),
@@ -84,11 +90,7 @@ JOINT = Rule(
         "actuatorfrclimited actuatorfrcrange margin"
     ),
     words("user actuatorgravcomp") | SOFTNESS,
-    {
-        "springyield": (zero, "a spring that yields"),
-        "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
-        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
-    },
+    SPRING,
 )
 GEOM = Rule(
     words(
@@ -126,7 +128,7 @@ ACTUATOR = Rule(
     {
         "delay": (zero, DELAY),
         "nsample": (zero, DELAY),
-        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
+        "damping": DAMPING,
     },
 )
 TENDON = Rule(
@@ -135,11 +137,7 @@ TENDON = Rule(
         "armature"
     ),
     words("group width material rgba user") | SOFTNESS,
-    {
-        "springyield": (zero, "a spring that yields"),
-        "stiffness": (zero_from(1), "a nonlinear spring; its linear part is the first number"),
-        "damping": (zero_from(1), "a nonlinear damper; its linear part is the first number"),
-    },
+    SPRING,
 )
 OPTION = Rule(
     words("gravity actuatorgroupdisable density viscosity wind"),
