@@ -49,7 +49,7 @@ def test_a_number_changes_what_later_steps_do():
         ("step.most_mistakes", 1.0, "no tuned number"),
         ("step.most_looks", 0.5, "whole number"),
         ("step.most_looks", -1.0, "whole number"),
-        ("step.closing", float("nan"), "must be a number"),
+        ("step.steps_of_slack", float("nan"), "must be a number"),
     ],
 )
 def test_what_is_no_number_is_refused(name, value, message):
@@ -62,9 +62,9 @@ def test_each_number_is_halved_doubled_and_switched_off(sensitivity):
     tried = {value.name: value.value for value in sensitivity.values()}
     numbers = _core.policy()
     assert {name.rsplit(" ", 1)[0] for name in tried} == set(numbers)
-    assert tried["step.closing off"] == 0
+    assert tried["step.steps_of_slack off"] == 0
     assert tried["curve.most_bend half"] == 0.35
-    assert tried["step.closing twice"] == pytest.approx(2 * numbers["step.closing"])
+    assert tried["step.steps_of_slack twice"] == pytest.approx(2 * numbers["step.steps_of_slack"])
     assert all(name.startswith("step.") for name in (v.number for v in sensitivity.values(["step"], [])))
 
 
@@ -79,7 +79,7 @@ def results(missed, bits):
     [([24, 18, 21], "flat"), ([60, 58, 63], "twice is worse: scenes: missed +40"), ([20, 20, 20], "no run")],
 )
 def test_what_lies_within_the_noise_is_flat(sensitivity, missed, told):
-    value = sensitivity.Value("step.closing", "twice", 2e-3)
+    value = sensitivity.Value("step.steps_of_slack", "twice", 2e-3)
     base = results([20, 16, 24, 20, 17, 23, 20, 20], "as today")
     found = results(missed, "as today" if told == "no run" else "other")
     row = sensitivity.row_of(value, found, base, {"scenes": ["a pile"]})
@@ -91,6 +91,6 @@ def test_what_lies_within_the_noise_is_flat(sensitivity, missed, told):
 
 # Breaks when a value with which a run does not end counts as flat.
 def test_what_does_not_end_is_worse(sensitivity):
-    value = sensitivity.Value("step.closing", "off", 0.0)
+    value = sensitivity.Value("step.steps_of_slack", "off", 0.0)
     row = sensitivity.row_of(value, None, {}, {"scenes": []})
     assert sensitivity.verdict([row]) == "off is worse: does not end"

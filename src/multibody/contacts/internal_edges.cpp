@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/collision/narrow/extent.hpp"
 #include "multibody/contacts/policy.hpp"
 
@@ -21,10 +22,8 @@ namespace {
 // Faces whose heights differ by less are level (m).
 double level_of(double margin) { return contacts::policy.level * margin; }
 
-// Whether two normals of which this is the cosine are the same.
-bool are_same(double cosine) {
-  return cosine > 1 - 0.5 * contacts::policy.same_direction * contacts::policy.same_direction;
-}
+// Whether two normals of which this is the cosine are the same, to rounding.
+bool are_same(double cosine) { return cosine > 1 - base::policy.rounding; }
 
 // Whether a geom may pass an internal edge: a convex shape of a body that impulses move.
 bool may_pass(const Model& model, Index body, Index geom) {
@@ -93,7 +92,7 @@ const InternalEdges::Touch* InternalEdges::find_rim(const Reach& reach, const st
   for (const Touch& t : touches_of(touch.body)) {
     const double cosine = dot(touch.up, t.up);
     if (states_[t.pair].passed || t.support == touch.support || are_same(cosine) ||
-        cosine < -contacts::policy.same_direction)
+        cosine < -base::half_of_digits())
       continue;
     const Vec3 behind =
         touch.on_support + (contacts::policy.allowance * reach.margin) * normalised(touch.up - cosine * t.up);

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/policy.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_finder.hpp"
-#include "multibody/contacts/policy.hpp"
 #include "multibody/contacts/touch.hpp"
 
 namespace amontons {
@@ -18,6 +18,10 @@ namespace {
 bool has_edges(const Model::Outline& outline) { return !outline.round && !outline.plane; }
 // Change of a normal that moves with a body, as a length; smaller changes are rounding.
 constexpr double same_normal = 1e-6;  // not tuned: rounding
+
+// Turn of a pair in a step (rad) below which it is neglected. A point at the distance r from the axis departs
+// from its tangent by r a^2 / 2, half a millionth of r.
+double least_turn() { return base::policy.three_digits; }
 
 // Whether a shape rolls on an edge, along which its lowest point moves. Each of its edges has a point.
 bool has_rim(const Shape& shape) { return std::holds_alternative<Cylinder>(shape); }
@@ -127,7 +131,7 @@ struct ContactFinder::Later {
 Vec3 ContactFinder::turn_of_balls(const Later& half, double least, const Contact& c) const {
   const Reach& reach = half.reach;
   const Model::Outline &a = reach.model.outline(c.geom_a), &b = reach.model.outline(c.geom_b);
-  if (half.turn(a.body) + half.turn(b.body) < 0.5 * contacts::policy.least_turn) return {};
+  if (half.turn(a.body) + half.turn(b.body) < 0.5 * least_turn()) return {};
   const Vec3 centre_a = half.centre(a.body), centre_b = half.centre(b.body);
   const ContactPoint p =
       touch_spheres(centre_a, a.radius, centre_b, b.radius, reach.bodies[b.body].pose.rotation);
@@ -150,7 +154,7 @@ void ContactFinder::turn_pair(const Later& half, double least, std::span<const P
   const Shape &shape_a = reach.model.geom(geom_a).shape, &shape_b = reach.model.geom(geom_b).shape;
   const double turn = half.turn(a.body) + half.turn(b.body);
   const bool of_a = has_edges(a) && has_rim(shape_a), rolls = of_a || (has_edges(b) && has_rim(shape_b));
-  if ((keys.size() > 1 && !rolls) || turn < 0.5 * contacts::policy.least_turn) return;
+  if ((keys.size() > 1 && !rolls) || turn < 0.5 * least_turn()) return;
   const Contact& c = contacts[keys[0].contact];
   part.points.clear();
   const Transform frame_a = half.frame(geom_a), frame_b = half.frame(geom_b);
@@ -211,7 +215,7 @@ bool ContactFinder::overlap(const Later& later, double allowance, std::span<cons
   const auto [geom_a, geom_b] = keys[0].pair;
   if (later.moves_straight(geom_a) && later.moves_straight(geom_b)) return false;
   const Geom &a = later.reach.model.geom(geom_a), &b = later.reach.model.geom(geom_b);
-  if (later.turn(a.body) + later.turn(b.body) < contacts::policy.least_turn) return false;
+  if (later.turn(a.body) + later.turn(b.body) < least_turn()) return false;
   const double offset = contacts[keys[0].contact].material.rest_offset;
   points.clear();
   collide(a.shape, later.frame(geom_a), b.shape, later.frame(geom_b), offset, points);

@@ -73,11 +73,11 @@ double deepest(const std::vector<Contact>& contacts, std::span<const PairKey> ke
 }
 
 // Overlaps of points with rows are known: the rows remove them as fast as they may. A redundant point is
-// added if it gets deeper than all points of its pair with rows.
+// added if it gets deeper than all points of its pair with rows. Three digits of the margin are neglected:
+// without them a sole has more points than it needs (test_contact_points).
 void RedundantPoints::call_in(const Reach& reach, std::vector<Contact>& contacts) {
-  const auto overlaps = [&](const Contact& c, double held) {
-    return end_gap(c, reach) < held - contacts::policy.least_overlap * reach.margin;
-  };
+  const double neglected = base::policy.three_digits * reach.margin;
+  const auto overlaps = [&](const Contact& c, double held) { return end_gap(c, reach) < held - neglected; };
   if (std::none_of(redundant_.begin(), redundant_.end(), [&](const Contact& c) { return overlaps(c, 0); }))
     return;
   sort_by_pair(contacts, by_pair_, [](std::size_t) { return true; });

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/policy.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/derivatives/held_faces.hpp"
-#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -93,7 +93,7 @@ SimulationOptions HeldStep::options(SimulationOptions given, double reach) const
   };
   given.trusts_method = true;
   // Beside them, the overlaps that a contact at rest has.
-  given.closing_at_once = step::policy.closing * given.dt * shared_->fall + shared_->closing;
+  given.closing_at_once = base::policy.three_digits * given.dt * shared_->fall + shared_->closing;
   given.warm_start = false;  // a start within the tolerance would be taken for the solution
   given.max_substeps = 1;
   given.threads = 1;

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/contact.hpp"
-#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 namespace {
@@ -95,8 +95,9 @@ Vec6 inverse_column(const std::array<Vec6, 6>& L, std::size_t k, std::size_t i) 
 // singularity robustness for robot manipulator control", J. Dyn. Sys. Meas. Control 108 (1986).
 //
 // With unit columns sqrt(det N) is 1 for axes at right angles and 0 if two coincide. The damping, relative to
-// the unit diagonal of N, grows from 0 at `regular` to its square at the singular pose. For equal axes
-// rounding keeps the factor finite.
+// the unit diagonal of N, grows from 0 at `regular` to its square at the singular pose. The square is half
+// of the digits, which balances the error of the damping against rounding over it. For equal axes rounding
+// keeps the factor finite.
 void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<Vec6, 6>& out) {
   std::array<Vec6, 6> n = gram;
   double manipulability = 0;
@@ -104,7 +105,7 @@ void damped_inverse(const std::array<Vec6, 6>& gram, std::size_t k, std::array<V
     manipulability = 1;
     for (std::size_t i = 0; i < k; ++i) manipulability *= n[i][i];
   }
-  const double regular = joints::policy.regular;
+  const double regular = std::sqrt(base::half_of_digits());
   if (manipulability < regular) {
     const double damping = regular - manipulability;
     n = gram;
@@ -120,7 +121,7 @@ bool invert_small(const std::array<Vec6, 6>& n, std::size_t k, std::array<Vec6, 
   const double xx = n[0][0], yy = n[1][1], zz = k == 3 ? n[2][2] : 1;
   const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
   const double det = xx * a + xy * b + xz * c;
-  if (!(det >= joints::policy.regular * joints::policy.regular)) return false;
+  if (!(det >= base::half_of_digits())) return false;
   const double s = 1 / det;
   out[0] = {s * a, s * b, s * c};
   out[1] = {s * b, s * (xx * zz - xz * xz), s * (xy * xz - xx * yz)};
@@ -143,7 +144,7 @@ bool split(const ChainKinematics& chain, double length, PureScrews& out) {
     if (s.angular == Vec3{}) {
       out.slides[out.n_slides++] = s.linear;
     } else {
-      if (norm(s.linear) > joints::policy.rounding * length * norm(s.angular)) return false;
+      if (norm(s.linear) > base::policy.rounding * length * norm(s.angular)) return false;
       out.hinges[out.n_hinges++] = s.angular;
     }
   }
@@ -165,7 +166,7 @@ std::size_t complement(const std::array<Vec3, 6>& directions, std::size_t k, std
   // Two directions leave their normal. If they are parallel (gimbal lock) any perpendicular direction serves.
   const Vec3 normal = cross(directions[0], directions[1]);
   const double sine = norm(normal);
-  if (sine > joints::policy.rounding) out[0] = normal / sine;
+  if (sine > base::policy.rounding) out[0] = normal / sine;
   return 1;
 }
 
@@ -193,7 +194,7 @@ struct Basis {
 // first.
 std::size_t complement6(const std::array<Vec6, 6>& columns, std::size_t count, std::size_t dimension,
                         std::array<Vec6, 6>& out) {
-  const double dependent = joints::policy.rounding;
+  const double dependent = base::policy.rounding;
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
     Vec6 v = columns[i];

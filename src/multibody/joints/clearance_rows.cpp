@@ -15,7 +15,7 @@
 #include <cmath>
 
 #include "amontons/base/elementary.hpp"
-#include "multibody/joints/policy.hpp"
+#include "amontons/base/policy.hpp"
 
 namespace amontons {
 namespace {
@@ -74,7 +74,7 @@ void append_clearance_rows(const RowInput& in, const JointContext& joint, JointR
   };
   double x = q[0] + in.options.h * rate(0), y = q[1] + in.options.h * rate(1);
   double size = elementary::hypot(x, y);
-  if (!(size > joints::policy.rounding * in.options.length)) {  // in the middle any direction serves
+  if (!(size > base::policy.rounding * in.options.length)) {  // in the middle any direction serves
     x = 1;
     y = 0;
     size = 1;

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/policy.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/course.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/joints/policy.hpp"
 #include "multibody/joints/tendons.hpp"
 
 namespace amontons {
@@ -24,6 +25,11 @@ double squared_error(const ChainKinematics& chain, double length) {
   return chain.spherical ? d : d + norm_squared(chain.error.angular);
 }
 
+// A fit of three digits needs no other start.
+bool is_good(double squared_error) {
+  return squared_error <= base::policy.three_digits * base::policy.three_digits;
+}
+
 struct Fit {
   double squared_error;  // before the last step, which is of the size of rounding if the fit converged
   bool converged;
@@ -34,8 +40,10 @@ struct Fit {
 Fit fit(const Joint& joint, const Transform& relative, double length, std::span<double> q) {
   constexpr double largest_turn = 1;  // limit of one step (rad): beyond it T(q) is far from linear
   constexpr int most_steps = 25;      // not tuned: a few suffice, and half or twice as many change no run
-  // The size of a step decreases with the error of the joint and with its own size.
-  const double smallest_step = joints::policy.smallest_step;
+  // The size of a step decreases with the error of the joint and with its own size. Where the joint fits, it
+  // falls by its square, and the next step is rounding. Coordinates then do not drift in a scene at rest,
+  // where each step makes one more.
+  const double smallest_step = std::sqrt(std::numeric_limits<double>::epsilon());
   double largest = infinity, error = infinity;
   for (int step = 0; step < most_steps && largest > smallest_step; ++step) {
     const ChainKinematics chain = chain_kinematics(joint, relative, q);
@@ -81,7 +89,7 @@ void search(const Joint& joint, const Transform& relative, double length, std::s
   std::size_t starts = 1;
   for (const Dof& dof : joint.dofs)
     if (dof.kind == Dof::Kind::hinge) starts *= 3;
-  for (std::size_t start = 0; start < starts && error > joints::policy.smallest_step; ++start) {
+  for (std::size_t start = 0; start < starts && !is_good(error); ++start) {
     std::size_t digits = start;
     for (std::size_t i = 0; i < q.size(); ++i) {
       trial[i] = 0;
@@ -118,7 +126,7 @@ void update_joint(const Joint& joint, const Transform& relative, double length, 
   const Fit found = fit(joint, relative, length, q);
   // Otherwise the nearest fit is the right one, however large the violation, unless there is none.
   if ((hinges > 1 || (hinges == 1 && joint.spherical)) &&
-      (first ? found.squared_error > joints::policy.smallest_step : !found.converged))
+      (first ? !is_good(found.squared_error) : !found.converged))
     search(joint, relative, length, q, found.squared_error);
 }
 

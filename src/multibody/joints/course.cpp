@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
-#include "multibody/joints/policy.hpp"
+#include "amontons/base/policy.hpp"
 #include "multibody/joints/wrapping.hpp"
 
 namespace amontons {
@@ -33,7 +33,7 @@ Vec3 add_straight(const Model& model, const BodyFrames& bodies, const Stop& p, c
   const Vec3 way = q.at - p.at;
   const double length = norm(way);
   line.length += share * length;
-  if (!(length > joints::policy.rounding * model.length())) return {};
+  if (!(length > base::policy.rounding * model.length())) return {};
   const Vec3 d = way / length;
   if (p.body == q.body) return d;
   for (const auto& [stop, sign] : {std::pair{&q, 1.0}, std::pair{&p, -1.0}}) {

@@ -5,13 +5,13 @@
 
 #include <algorithm>
 
+#include "amontons/base/policy.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/actuator_rows.hpp"
 #include "multibody/joints/clearance_rows.hpp"
 #include "multibody/joints/couplings.hpp"
 #include "multibody/joints/dof_rows.hpp"
 #include "multibody/joints/joint_context.hpp"
-#include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/joints/tendons.hpp"
 
@@ -47,8 +47,7 @@ void append_distance_rows(const RowInput& in, const JointContext& joint, JointRo
   const Vec3& between = joint.pose.relative.position;
   const double distance = norm(between);
   // If the points coincide the direction is arbitrary; the next step has one.
-  const Vec3 direction =
-      distance > joints::policy.rounding * joint.length ? between / distance : Vec3{0, 0, 1};
+  const Vec3 direction = distance > base::policy.rounding * joint.length ? between / distance : Vec3{0, 0, 1};
   const double last = dot(direction, in.state.joint_wrenches[joint.index].force);
   const JacobianRow row = joint_row(joint, {direction, {}});
   if (rod.lower_distance == rod.upper_distance) {
@@ -129,7 +128,7 @@ void append_ball_rows(const RowInput& in, const JointContext& joint, JointRows& 
   // r| <= limit: C = s (limit - |r|), D = -s <omega, r / |r|>. Near r = 0 the direction is undefined, but no
   // limit is that small.
   const double angle = norm(r);
-  if (!(ball.ball_limit < infinity) || angle < joints::policy.rounding) return;
+  if (!(ball.ball_limit < infinity) || angle < base::policy.rounding) return;
   const Vec3 outward = r / angle;
   RowTag tag = tag_of(RowKind::limit, -1);
   tag.torque = -s * outward;

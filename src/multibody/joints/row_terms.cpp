@@ -54,7 +54,7 @@ std::optional<RowTerms> drive_terms(const Drive& d, double s, double inverse_mas
 RowTerms equality_terms(double error, double e, double inverse_mass, const JointOptions& options) {
   const double h = options.h, v = options.recovery_speed;
   if (e > 0) return {e / (h * options.kick), error / h};
-  return {joints::policy.compliance * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
+  return {base::policy.compliance * inverse_mass, std::clamp(error / h, -v, v), Restraint::equality, error};
 }
 
 double closing(double gap, const JointOptions& options) {

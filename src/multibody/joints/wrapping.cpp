@@ -12,7 +12,7 @@
 #include <numbers>
 
 #include "amontons/base/elementary.hpp"
-#include "multibody/joints/policy.hpp"
+#include "amontons/base/policy.hpp"
 
 namespace amontons {
 namespace {
@@ -127,7 +127,7 @@ std::optional<Wrap> wrap(const Vec3& a_world, const Vec3& b_world, PathElement::
     const Vec3 s3 = into(*side_world);
     side = flat(s3);
     inside = norm(s3) < r;
-    if (norm(*side) < joints::policy.rounding * r) side.reset();  // on the axis it has no side
+    if (norm(*side) < base::policy.rounding * r) side.reset();  // on the axis it has no side
   }
   const std::optional<Arc> arc = inside ? through(a, b, r) : around(a, b, r, side);
   if (!arc) return std::nullopt;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
@@ -23,7 +24,7 @@ bool strikes(const RowSpeeds& u, double fall) { return -u.before > smooth_speed(
 
 // Friction that has stopped a motion does not reverse it.
 bool stops(double before, double after, double fall) {
-  return before > step::policy.closing * fall && after < step::policy.three_digits * before;
+  return before > base::policy.three_digits * fall && after < base::policy.three_digits * before;
 }
 
 // A solved step. `fall`: the speed that gravity adds; `scale`: the kick over that of the last step, 0 without
@@ -100,7 +101,7 @@ void find_ahead(const StepSetting& step, const StepProblem& posed, double last_k
   const bool solved_well =
       !step.damped &&
       (solved.path == StepPath::accurate ||
-       (solved.path == StepPath::joints_restored && solved.solution.residual <= step::policy.three_digits));
+       (solved.path == StepPath::joints_restored && solved.solution.residual <= base::policy.three_digits));
   const Subset& visited = step.visited.bodies;
   ahead.resize(step.model.bodies());
   visited.each(ahead.size(), [&](std::size_t i) { ahead[i] = solved_well ? step.h / (2 * step.kick()) : 0; });

@@ -15,7 +15,6 @@
 #include "amontons/problem/linkage.hpp"
 #include "amontons/problem/threaded_product.hpp"
 #include "multibody/contacts/contact_law.hpp"
-#include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
 
 namespace amontons {
@@ -68,7 +67,7 @@ double softness(const StepBodies& bodies, const Contact& c, const Model* model) 
   double inverse_mass = 0;
   for (const Index i : {c.body_a, c.body_b})
     if (i >= 0) inverse_mass += bodies.mobility[i].inverse_mass;
-  return joints::policy.compliance * model->lightness(c.body_a, c.body_b) * inverse_mass;
+  return base::policy.compliance * model->lightness(c.body_a, c.body_b) * inverse_mass;
 }
 
 // c_n of a contact, docs/algorithm.md (6). A gap may close within the step. A penetration is removed at no

@@ -33,10 +33,15 @@ class StepClock {
     return budget.ends_within(timings.assembly + timings.collision + timings.integration);
   }
 
+  // s: time of what may follow in a step: the search after a correction of positions, the set-up of a method,
+  // which takes about as long, and the looks ahead. With less left a first-order method runs at once.
+  // Positions are not corrected then, and contacts do not turn ahead (benchmarks/budgets.py).
+  double searches() const { return (2 + step::policy.most_looks) * search; }
+
   Budget budget;
   Timings timings;             // of the present attempt; `total` of all
   double search = 0;           // s: time of a search for contacts; setting up a method takes about as long
-  bool short_of_time = false;  // no time for more than the step needs, see policy.least_searches
+  bool short_of_time = false;  // no time for more than the step needs, see searches()
 
  private:
   Clock::time_point lap_;

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/linkage.hpp"
 #include "multibody/contacts/contact_law.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
-#include "multibody/step/policy.hpp"
 
 namespace amontons {
 
@@ -133,7 +133,7 @@ EnergyBalance along_mean(const EnergyInput& in) {
   const double fall = norm_squared(in.step.options.dt * in.step.model.description().gravity);
   const double recovered = in.step.recovery * in.step.recovery;
   return {work + contacts_beyond_bodies(in, mean, driven) + joints_beyond_bodies(in, mean, driven),
-          step::policy.three_digits * kinetic + 0.5 * in.step.model.total_mass() * (fall + recovered)};
+          base::policy.three_digits * kinetic + 0.5 * in.step.model.total_mass() * (fall + recovered)};
 }
 
 // J - J2, docs/algorithm.md (28): 1/2 (h f + D_m'x_m) . dv, with the rows m of motors, springs and compliant

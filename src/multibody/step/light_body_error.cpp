@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/residual.hpp"
-#include "multibody/joints/policy.hpp"
 #include "multibody/step/policy.hpp"
 
 namespace amontons {
@@ -36,7 +36,7 @@ bool is_soft(const Problem& problem, std::size_t block, std::size_t row) {
 
 double tolerance_for_light_bodies(const Problem& problem, Law law, const Solution& s, const Speeds& fastest,
                                   double tolerance) {
-  const double least_miss = joints::policy.rounding * (fastest.moving + fastest.turning);
+  const double least_miss = base::policy.rounding * (fastest.moving + fastest.turning);
   const double whole = natural_map_at_zero(problem, law), seen = tolerance * whole;
   double heaviest = 0;
   for_each_block(problem.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
@@ -49,7 +49,7 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double p = problem.P[block];
     // A light body counts as moving with a small share of the speed of the fastest one, if it is slower.
     const bool light = 1 / p < tolerance * heaviest;
-    const double U = speed<S>(&problem.b[row]) + (light ? step::policy.three_digits : 1) * fastest.moving;
+    const double U = speed<S>(&problem.b[row]) + (light ? base::policy.three_digits : 1) * fastest.moving;
     // If a block slides or rolls, the natural map of a steep cone contains its closing velocity only times 1
     // / mu.
     double steep = 1, closing = 0;
@@ -64,10 +64,10 @@ double tolerance_for_light_bodies(const Problem& problem, Law law, const Solutio
     const double missed = std::max(closing, std::sqrt(natural_map_squared(set, p, &s.x[row], g) * p));
     const double weight = 1 / std::sqrt(p * steep);
     if (missed > std::max(step::policy.wrong * U, least_miss) &&
-        missed * weight > joints::policy.rounding * whole)
+        missed * weight > base::policy.rounding * whole)
       found = std::min(found, step::policy.wrong * U * weight);
   });
-  return std::max(found / whole, joints::policy.rounding);
+  return std::max(found / whole, base::policy.rounding);
 }
 
 }  // namespace amontons

@@ -85,7 +85,7 @@ void observe(const StepSetting& step, StepClock& clock, State& state, Observed& 
   set_slipping_friction(model, state.contacts, o.known, o.contacts);
   for (const Contact& c : o.contacts) o.errors.penetration = std::max(o.errors.penetration, -c.gap);
   clock.search = clock.lap(&Timings::collision);
-  clock.short_of_time = clock.budget.ends_within(step::policy.least_searches * clock.search);
+  clock.short_of_time = clock.budget.ends_within(clock.searches());
 }
 
 void stiffen(const StepSetting& step, const State& state, const Observed& o, Stiffened& stiffened) {

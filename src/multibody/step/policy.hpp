@@ -10,10 +10,6 @@ namespace amontons::step {
 struct Policy {
   // Budget.
 
-  // Budget left (searches for contacts): with less a first-order method runs at once, because setting up a
-  // method takes about as long as a search. Positions are not corrected then, and contacts do not turn ahead:
-  // both search again (benchmarks/budgets.py).
-  double least_searches = 6;
   // Iterations (count): made even out of budget; unsupported bodies would sink into each other and cost more
   // later. Also sweeps of the safe step over the fixed contacts of a body in a corner, and rounds with spins
   // limited in between.
@@ -31,10 +27,6 @@ struct Policy {
 
   // Solve.
 
-  // Three digits (relative): a start with a smaller residual is near its solution. Velocities at the end of a
-  // step follow from impulses of so many digits (test_block_and_tackle), and a smaller share of a speed is
-  // none. As much of the kinetic energy may come from the residual and the O(h^2) error of a step.
-  double three_digits = 1e-3;
   // Residual (tolerances): a start above it is solved again by the direct way, to rounding, in microseconds.
   // Four tests of creep need it.
   // Off: 1.
@@ -49,9 +41,6 @@ struct Policy {
 
   // Closed contacts.
 
-  // Speed (relative to g h): overlaps close at most this fast, which is invisible. Tests of heights, slopes
-  // and internal edges need it. Off: 0.
-  double closing = 1e-3;
   // Position error (relative to Model::length): smaller errors are not corrected, so that resting bodies do
   // not move. Beyond it no contact closes, because the recovery does: a gap that is too narrow would take a
   // body in farther. Also the tolerance of a correction (relative): later ones follow, and one factorisation
@@ -66,23 +55,14 @@ struct Policy {
   // first-order method, which is stopped early, and springs have no rows there.
   std::size_t few_rows = 300;
 
-  // Positions.
-
-  // Compliance (relative to D M^-1 D' times Model::lightness): of inequalities, so that joints prevail if
-  // they contradict contacts.
-  double softness = 1e-3;
-  // Turn (rad): limit for a body in one correction. A body that turns by t about its joint departs from it by
-  // t^2 / 2 of its arm.
-  // Off: 1e30.
-  double largest_turn = 0.03;
-
   // Energy and second order.
 
   // Change (relative to the velocity or force): above it something jumps. A slip of such a size is removed
   // completely. A smooth motion that changes by a tenth per step has a twentieth.
   double rough = 0.6;
   // Sag of locked rows (relative): share of the last step's that is removed; the rest keeps redundant rows
-  // determinate.
+  // determinate. Without it belts lose their last digits (test_ropes), with all of it redundant loops gain
+  // energy (test_linkages).
   double remembered_sag = 0.9;
 
   // Light bodies.
@@ -94,21 +74,16 @@ struct Policy {
 };
 // Read by every thread without a lock: only set_policy() (base/policy.hpp) changes it, between runs.
 inline constinit Policy policy;
-inline const bool named = name_policy("step", {{"least_searches", &policy.least_searches},
-                                               {"few_iterations", &policy.few_iterations},
+inline const bool named = name_policy("step", {{"few_iterations", &policy.few_iterations},
                                                {"most_repeats", &policy.most_repeats},
                                                {"work_per_block", &policy.work_per_block},
                                                {"share_of_part", &policy.share_of_part},
-                                               {"three_digits", &policy.three_digits},
                                                {"direct_start", &policy.direct_start},
                                                {"most_looks", &policy.most_looks},
                                                {"least_turn", &policy.least_turn},
-                                               {"closing", &policy.closing},
                                                {"allowed_error", &policy.allowed_error},
                                                {"steps_of_slack", &policy.steps_of_slack},
                                                {"few_rows", &policy.few_rows},
-                                               {"softness", &policy.softness},
-                                               {"largest_turn", &policy.largest_turn},
                                                {"rough", &policy.rough},
                                                {"remembered_sag", &policy.remembered_sag},
                                                {"wrong", &policy.wrong}});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "multibody/contacts/warm_start.hpp"
 #include "multibody/joints/dof_rows.hpp"
@@ -25,10 +26,12 @@ Assembly assembly_of(const StepSetting& step, const std::vector<Contact>& contac
   const std::size_t all_contacts = contacts.size() + step.asleep.contacts.size();
   const bool few = 3 * all_contacts + joint_rows + step.asleep.rows.size() <= step::policy.few_rows;
   const double drift = step::policy.steps_of_slack * step.options.tolerance * fall * step.h;
+  // Overlaps close by three digits of the speed of a fall, which is invisible. Tests of heights, slopes and
+  // internal edges need it.
   return {.h = step.h,
           .kick = step.kick(),
           .recovery_speed = step.recovery,
-          .closing = keeps_closed && !overlaps ? step::policy.closing * fall : 0,
+          .closing = keeps_closed && !overlaps ? base::policy.three_digits * fall : 0,
           .at_once = step.options.closing_at_once,
           .slack = few ? 0 : std::min(drift, error),
           .model = &step.model,

@@ -5,18 +5,19 @@
 // "Projected event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact
 // and Coulomb's friction", CMAME 256, 2013).
 //
-// Inequalities are soft: if joints contradict contacts or limits, joints prevail and the remaining error is
-// shared. Errors that can be removed are removed to that softness; the next step treats the rest.
+// Inequalities are soft by three digits of D M^-1 D': if joints contradict contacts or limits, joints prevail
+// and the remaining error is shared. Errors that can be removed are removed to that softness; the next step
+// treats the rest.
 #include "multibody/step/positions.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "amontons/multibody/joints/joints.hpp"
 #include "amontons/solvers/solvers.hpp"
 #include "multibody/bodies/motion.hpp"
-#include "multibody/joints/policy.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/step/assemble.hpp"
 #include "multibody/step/fixed_contacts.hpp"
@@ -57,7 +58,7 @@ bool is_held(const PositionInput& in, Index body, const Contact& c) {
     const Mat3 to_joint = transposed(joint.axes);
     const Screw push{to_joint * c.normal, to_joint * cross(c.point - reference, c.normal)};
     for (std::size_t i = 0; i < joint.chain.dofs; ++i)
-      if (std::abs(dot(push, joint.chain.screws[i])) > joints::policy.rounding * joint.scale(i)) return false;
+      if (std::abs(dot(push, joint.chain.screws[i])) > base::policy.rounding * joint.scale(i)) return false;
     return true;
   });
 }
@@ -137,7 +138,8 @@ void position_rows(const PositionInput& in, const BodyVelocities& rest, double s
     return body < static_cast<Index>(in.model.bodies()) ? body : world;
   };
   const auto append_inequality = [&](const JacobianRow& row, double gap, const RowTag& tag) {
-    const double E = step::policy.softness * in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
+    const double E = base::policy.three_digits *
+                     in.model.lightness(of_model(row.body_a), of_model(row.body_b)) *
                      effective_inverse_mass(row, in.mobility, rows.auxiliary_inverse_mass);
     rows.append(NonNegative{}, row, {E, std::max(gap / h, -speed)}, 0, tag);
   };
@@ -273,14 +275,16 @@ static bool correct_positions(const StepSetting& step, StepClock& clock, StepScr
   Budget time = clock.budget.part_of_time(step::policy.share_of_part);
   BodyVelocities p = displacements(in, rest, clock, time, memory, sums);
   if (p.empty()) return false;
-  // A displacement is linear in p. If bodies would turn by more, inequalities demand only a part of it.
-  if (const double turn = h * turning(p); turn > step::policy.largest_turn) {
-    const double share = step::policy.largest_turn / turn;
+  // A displacement is linear in p. A body that turns by t about its joint departs from it by t^2 / 2 of its
+  // arm, of which three digits may be lost. If bodies would turn by more, inequalities demand only a part.
+  const double largest_turn = std::sqrt(base::policy.three_digits);
+  if (const double turn = h * turning(p); turn > largest_turn) {
+    const double share = largest_turn / turn;
     position_rows(in, rest, share * std::min(in.step.displacing, error / h), memory);
     p = displacements(in, rest, clock, time, memory, sums);
     if (p.empty()) return false;
     // Rows of joints demand their whole error even so. The next steps remove what a shorter way leaves.
-    if (const double part = step::policy.largest_turn / (h * turning(p)); part < 1)
+    if (const double part = largest_turn / (h * turning(p)); part < 1)
       for (BodyVelocity& body : p) body = {part * body.linear, part * body.angular};
   }
   stop_at_fixed(in, p);

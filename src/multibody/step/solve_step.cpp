@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "amontons/base/error.hpp"
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/phases.hpp"
@@ -131,7 +132,7 @@ Solution solve_from(const StepSolver& solver, const Problem& problem, StepStart 
   options.x0 = start.x0;
   measure_start(problem, options, memory);
   const double tolerance = options.tolerance, error = memory.residual;
-  if (!(error <= std::max(step::policy.three_digits, tolerance)))
+  if (!(error <= std::max(base::policy.three_digits, tolerance)))
     return solve_with(solver, problem, options, budget, std::move(memory));
   if (error <= step::policy.direct_start * tolerance) return accepted(std::move(memory), warm_start_method);
   if (solver.is_auto() && solve_directly(problem, options, budget, solver.elimination, memory)) {
@@ -164,7 +165,7 @@ double most_work(std::size_t blocks) { return step::policy.work_per_block * stat
 
 Solution solve_step(const StepSolver& solver, const Problem& problem, StepStart start, Solution memory) {
   if (problem.rows() == 0) return solution_without_rows();
-  if (const double left = solver.budget.left(); left <= step::policy.least_searches * solver.clock.search)
+  if (const double left = solver.budget.left(); left <= solver.clock.searches())
     return solve_within_budget(solver, problem, start.x0, left);
   // Later solves and the safe step keep some of the work.
   Budget share = solver.budget.part_of_work(step::policy.share_of_part);

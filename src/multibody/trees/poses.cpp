@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "amontons/base/elementary.hpp"
+#include "amontons/base/policy.hpp"
 #include "amontons/multibody/joints/coordinates.hpp"
 #include "multibody/joints/chain.hpp"
-#include "multibody/joints/policy.hpp"
 
 namespace amontons {
 
@@ -151,8 +151,8 @@ void read_balls(const Model& model, const Tree& tree, const State& state, TreeSt
 bool was_moved(const Model& model, const State& state, Index body, const Transform& pose) {
   const double size = model.length() + norm(pose.position);
   const Quat turn = conjugate(pose.rotation) * state.orientations[body];
-  return !(norm(state.positions[body] - pose.position) <= joints::policy.rounding * size) ||
-         !(model.length() * norm(turn.vector()) <= joints::policy.rounding * size);
+  return !(norm(state.positions[body] - pose.position) <= base::policy.rounding * size) ||
+         !(model.length() * norm(turn.vector()) <= base::policy.rounding * size);
 }
 
 // Sizes are those of the model: memory is taken in the first step only.

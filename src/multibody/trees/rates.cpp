@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "multibody/bodies/motion.hpp"
 #include "multibody/joints/row_terms.hpp"
 #include "multibody/trees/momenta.hpp"
-#include "multibody/trees/policy.hpp"
 #include "multibody/trees/poses.hpp"
 
 namespace amontons {
@@ -83,10 +83,14 @@ void read_rates(const Tree& tree, const TreeStep& trees, const BodyFrames& frame
 
 namespace {
 
+// Precision of rates (relative to the fastest): rounding, and three digits that the solve with M may lose.
+// The rounds of find_rates() end if the next one would change rates by less.
+double rate_precision() { return base::policy.rounding / base::policy.three_digits; }
+
 // The displacement of a step differs from that of its start velocities by the square of the angle, and so do
 // momenta. Below the precision of rates it need not be known.
-bool is_slow(double angle) { return angle * angle < trees::policy.rate_precision; }
-bool is_fast(double angle) { return angle * angle > trees::policy.most_left; }
+bool is_slow(double angle) { return angle * angle < rate_precision(); }
+bool is_fast(double angle) { return angle * angle > base::policy.three_digits; }
 
 double largest(std::span<const double> rates) {
   double most = 0;
@@ -119,14 +123,14 @@ bool find_rates(const TreeSetting& in, TreeStep& trees, std::vector<double>& rat
     trees.constrained->linkage->solve(in.memory.along.data());
     for (std::size_t k = 0; k < n; ++k) rates[k] += in.memory.along[k];
     const double change = largest(in.memory.along);
-    if (change <= trees::policy.rate_precision * fastest) return true;
+    if (change <= rate_precision() * fastest) return true;
     // At rounding changes no longer fall.
-    if (!(change < last)) return change <= trees::policy.most_left * fastest;
+    if (!(change < last)) return change <= base::policy.three_digits * fastest;
     // Changes fall by a factor per round, so that the next one is known: change^2 / last.
-    if (round > 0 && change * change <= trees::policy.rate_precision * fastest * last) return true;
+    if (round > 0 && change * change <= rate_precision() * fastest * last) return true;
     last = change;
   }
-  return last <= trees::policy.most_left * fastest;
+  return last <= base::policy.three_digits * fastest;
 }
 
 }  // namespace
@@ -253,7 +257,7 @@ static bool creates_energy(const TreeSetting& in, TreeStep& trees) {
   for (std::size_t k = 0; k < trees.free.size(); ++k)
     work -= (drive_impulse(in, trees, k, trees.free[k]) + in.memory.pushed[k]) *
             (trees.free[k] + trees.before[k]);
-  return !(work <= trees::policy.most_left * energy);
+  return !(work <= base::policy.three_digits * energy);
 }
 
 // A damped step of first order: the momenta before it, projected on the rates. That takes energy from bodies

@@ -7,13 +7,13 @@
 #include <numeric>
 #include <utility>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/residual.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/driver/parts.hpp"
 #include "solvers/direct/island_solver.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/direct/reduction.hpp"
-#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -96,8 +96,7 @@ double Elimination::Memory::form_u(Solution& s) const {
 double Elimination::Memory::complete(Solution& s) {
   reduction.recover(s.x);
   double bilateral = form_u(s), before = std::numeric_limits<double>::infinity();
-  const double enough =
-      std::max(second_order::policy.rounding, direct::policy.aim * options->tolerance) * scale;
+  const double enough = std::max(base::policy.rounding, direct::policy.aim * options->tolerance) * scale;
   while (bilateral > enough && bilateral < 0.5 * before) {
     before = bilateral;
     reduction.correct(s.u, s.x);

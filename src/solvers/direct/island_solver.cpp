@@ -5,10 +5,10 @@
 
 #include "amontons/base/elementary.hpp"
 #include "amontons/base/interrupt.hpp"
+#include "amontons/base/policy.hpp"
 #include "amontons/problem/residual.hpp"
 #include "solvers/direct/policy.hpp"
 #include "solvers/linear/row_kernel.hpp"
-#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -28,7 +28,7 @@ void IslandSolver::start(const Reduction::Island& island) {
   diagonal_.resize(m);
   for (std::size_t i = 0; i < m; ++i) diagonal_[i] = island.diagonal(i);
   for (const double d : diagonal_) largest = std::max(largest, d);
-  const double floor = largest > 0 ? second_order::policy.rounding * largest : 1.0;
+  const double floor = largest > 0 ? base::policy.rounding * largest : 1.0;
   for_each_block(island.K, [&]<class S>(const S&, std::size_t block, std::size_t row) {
     double mean = 0;
     for (int k = 0; k < S::dim; ++k) mean += diagonal_[row + k] / S::dim;
@@ -124,8 +124,8 @@ void IslandSolver::find_faces() {
   std::size_t stale = 0;
   // After as many failures as are allowed the term is as large as the diagonal of W.
   const double growth =
-      1 + elementary::expm1(-elementary::log(direct::policy.proximal) / direct::policy.stale_steps);
-  double proximal = direct::policy.proximal;
+      1 + elementary::expm1(-elementary::log(base::policy.compliance) / direct::policy.stale_steps);
+  double proximal = base::policy.compliance;
   for (std::size_t i = 0; i < most_steps && stale < direct::policy.stale_steps; ++i) {
     if (!has_budget()) return;
     const double before = result_.map;
@@ -134,7 +134,7 @@ void IslandSolver::find_faces() {
     // One more step after the target is reached: quadratic convergence brings it to rounding.
     if (result_.map <= limits_.aim || before <= limits_.target) return;
     if (result_.map < before) {
-      proximal = std::max(direct::policy.proximal, 0.5 * proximal * result_.map / before);
+      proximal = std::max(base::policy.compliance, 0.5 * proximal * result_.map / before);
       continue;
     }
     ++stale;
@@ -199,7 +199,7 @@ bool IslandSolver::start_near() {
   trial_u_ = u_;
   system_.units().from_impulses(trial_);
   system_.units().from_velocities(trial_u_);
-  double t = second_order::policy.rounding;
+  double t = base::policy.rounding;
   for_each_block(island_->K, [&]<class S>(const S& set, std::size_t block, std::size_t row) {
     double g[S::dim];
     add_de_saxce_term(set, law_, &u_[row], g);
@@ -213,7 +213,7 @@ bool IslandSolver::start_near() {
 // digits; at most folds it rises less. Nearly all Newton steps fail as long as faces change. Where t falls
 // faster than in the step before, one may take the place of the last steps along the curve, which cost more.
 bool IslandSolver::follow(bool near) {
-  const double first = curve_.t(), end = second_order::policy.rounding * second_order::policy.rounding;
+  const double first = curve_.t(), end = base::policy.rounding * base::policy.rounding;
   double least = first, before = first, fall = 0;
   for (std::size_t i = 0, tried = 0; i < most_steps && is_unsolved(); ++i) {
     ++result_.iterations;
@@ -227,7 +227,7 @@ bool IslandSolver::follow(bool near) {
     const double t = curve_.t();
     if ((near && t * t > first * least) || t < end) break;
     const bool faster = t < fall * before && tried < direct::policy.stale_steps;
-    if (faster && is_unsolved() && newton_step(direct::policy.proximal)) keep_better(x_, u_);
+    if (faster && is_unsolved() && newton_step(base::policy.compliance)) keep_better(x_, u_);
     tried += faster;
     fall = t / before;
     least = std::min(least, t);

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "amontons/base/policy.hpp"
 #include "solvers/direct/policy.hpp"
-#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -130,7 +130,7 @@ void Mechanism::assemble_joint(const Problem& problem, std::size_t joint) {
   for (std::size_t k = 0; k < j.rows.size(); ++k) {
     const std::size_t row = row_[j.rows[k]];
     E[(width + 1) * k] = -A.compliance[row - contact_rows];
-    least[k] = second_order::policy.rounding * P_[j.rows[k]];
+    least[k] = base::policy.rounding * P_[j.rows[k]];
     nodes_.visit_row(A, row, A.jacobian[row - contact_rows], [&](std::size_t at, double value) {
       const std::size_t edge = edge_of_[at / width], i = at % width;
       K_.block(edge)[K_.a_first(edge) ? width * k + i : width * i + k] = value;

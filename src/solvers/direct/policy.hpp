@@ -32,10 +32,6 @@ struct Policy {
   // Newton steps (count): that may pass without a better x, in all. With 5 a body leaves its room in steps of
   // 20 iterations (test_step_limits).
   std::size_t stale_steps = 4;
-  // Proximal term (relative to the diagonal of W): makes the matrix regular if contacts outnumber the degrees
-  // of freedom of the bodies. It changes their impulses by no more than the tolerance. It is that of the
-  // first step: failed steps raise it (friction_that_holds_a_joint_at_its_limit).
-  double proximal = 1e-7;
   // Projections (count): of a block in a sweep, with W of the block alone; a row needs one. Three take fewer
   // factorisations than one in most runs of robots on the floor (`benchmarks/robots.py --fall`).
   int projections = 3;
@@ -47,7 +43,6 @@ inline const bool named = name_policy("direct", {{"most_rows", &policy.most_rows
                                                  {"aim", &policy.aim},
                                                  {"reduced_share", &policy.reduced_share},
                                                  {"stale_steps", &policy.stale_steps},
-                                                 {"proximal", &policy.proximal},
                                                  {"projections", &policy.projections}});
 
 }  // namespace amontons::direct

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
 #include "solvers/central_path/central_curve.hpp"
 #include "solvers/central_path/curve_units.hpp"
-#include "solvers/second_order/policy.hpp"
 
 namespace amontons {
 
@@ -87,8 +87,7 @@ class CoulombPath : public VectorIterate {
   std::optional<double> step() {
     monitor.count_factorization(system_->factor_work());
     monitor.products += products_of_step;
-    if (!curve_.step() || curve_.t() < second_order::policy.rounding * second_order::policy.rounding)
-      return std::nullopt;
+    if (!curve_.step() || curve_.t() < base::policy.rounding * base::policy.rounding) return std::nullopt;
     return evaluate_iterate();
   }
 

@@ -24,6 +24,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/sets/barriers.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -38,6 +39,9 @@ using Vector = std::vector<double>;
 
 // A smaller scale would underflow when squared: b and the natural map at zero vanish, and x~ = x is used.
 constexpr double smallest_scale = 1e-145;  // not tuned: the root of the smallest number
+
+// Share of the distance to the boundary that a full step leaves.
+double margin() { return 1 - second_order::policy.fraction; }
 
 class InteriorPoint : public VectorIterate {
  public:
@@ -124,8 +128,7 @@ double InteriorPoint::start(const Start&) {
     barrier.worst(low_x, low_u);
   });
   // No start is nearer to the boundary than a step may end.
-  const double margin = 1 - second_order::policy.fraction;
-  const double more_x = low_x < margin ? 1 - low_x : 0, more_u = low_u < margin ? 1 - low_u : 0;
+  const double more_x = low_x < margin() ? 1 - low_x : 0, more_u = low_u < margin() ? 1 - low_u : 0;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.push(more_x, more_u); });
   form_x();
   return map_ = evaluate();
@@ -180,9 +183,9 @@ double InteriorPoint::gap(double t) {
 }
 
 std::optional<double> InteriorPoint::step() {
-  // Rounding ends the central path: the residual jumps, or the step collapses.
-  if (map_ / scale_ > second_order::policy.collapse * std::max(monitor.best(), second_order::policy.rounding))
-    return std::nullopt;
+  // Rounding ends the central path: the residual jumps by more than a full step takes away, or the step
+  // collapses. It comes from an iterate squeezed against the boundary then, as later ones would.
+  if (margin() * map_ / scale_ > std::max(monitor.best(), base::policy.rounding)) return std::nullopt;
   scale_blocks([](auto& barrier, double* R) { barrier.factor(R); });
   factor();
   // Predictor: the affine step to mu = 0. It gives the reduction of mu, sigma = (its gap over the present
@@ -195,7 +198,7 @@ std::optional<double> InteriorPoint::step() {
   // once.
   solve(ratio * ratio * ratio * mu, true, 1);
   const double t = std::min(1.0, second_order::policy.fraction * longest_step());
-  if (!(t > 1 / second_order::policy.collapse)) return std::nullopt;
+  if (!(t > margin())) return std::nullopt;
   each([&]<int dim>(auto& barrier, std::size_t, std::size_t) { barrier.move(t); });
   form_x();
   return map_ = evaluate();

@@ -27,6 +27,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amontons/base/policy.hpp"
 #include "amontons/solvers/driver/driver.hpp"
 #include "amontons/solvers/first_order/spg.hpp"
 #include "amontons/solvers/linear/shifted_system.hpp"
@@ -116,17 +117,17 @@ class Newton : public VectorIterate {
   }
 
   std::optional<double> step() {
-    newton_->direction(x, u, second_order::policy.rounding, dx_, monitor);
+    newton_->direction(x, u, base::policy.rounding, dx_, monitor);
     if (!search()) first_order_phase();
     return map_;
   }
 
  private:
-  // Finds the first of the steps 1, 1/2, ... that reduces the residual. Trial points are projected, because
-  // dx respects faces and not cones. If it returns true, x, u and the natural map are those of that step.
+  // Finds the first of the steps 1, 1/2, ... that reduces the residual, down to three digits. Trial points
+  // are projected, because dx respects faces and not cones. If it returns true, x, u and the natural map are
+  // those of that step.
   bool search() {
-    for (int k = 0; k <= second_order::policy.halvings; ++k) {
-      const double t = std::ldexp(1.0, -k);
+    for (double t = 1; t > base::policy.three_digits; t *= 0.5) {
       for (std::size_t i = 0; i < x.size(); ++i) trial_[i] = x[i] + t * dx_[i];
       project(problem.K, trial_, trial_);
       const double map = amontons::evaluate(problem, law_of(problem, options), trial_, trial_u_, monitor);
