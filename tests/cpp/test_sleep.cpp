@@ -278,6 +278,24 @@ TEST(other_models_wake) {
   CHECK(tilted.state.positions[2].x > 1e-2);
 }
 
+// Breaks if a body sleeps that a slack tendon, a coupling or a bond joins to others: these act on it without
+// a row, or without a joint. Only the last tower, which nothing joins, sleeps.
+TEST(bodies_that_are_joined_without_joints_stay_awake) {
+  Scene scene;
+  for (const double x : {0.0, 4.0}) scene.arm(x);
+  scene.d.couplings.push_back({.joint_a = 0, .joint_b = 1, .coefficients = {0, 1}});
+  for (const double x : {2.0, 6.0, 8.0}) scene.tower(x, 2);
+  Tendon rope;
+  rope.path = {{.body = 4}, {.body = 5}};
+  rope.upper = 1;
+  scene.d.tendons.push_back(rope);
+  scene.d.bonds.push_back({7, 6, {0, 0, -half}, {0, 0, half}, {0, 0, 1}, 1, 1e-3});
+  scene.pendulum(12);
+  Pair both(scene);
+  CHECK(both.steps(200) > 100);
+  CHECK(both.simulation.sleeping() == 2);
+}
+
 // Two arms at rest, beside a pendulum in coordinates or a ball that rolls.
 static Scene arms_beside_motion(bool trees) {
   Scene scene;

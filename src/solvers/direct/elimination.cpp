@@ -40,8 +40,6 @@ struct Elimination::Memory {
 };
 
 Elimination::Elimination() : memory_(std::make_unique<Memory>()) {}
-Elimination::Elimination(Elimination&&) noexcept = default;
-Elimination& Elimination::operator=(Elimination&&) noexcept = default;
 Elimination::~Elimination() = default;
 
 // x of the remaining rows, island by island. The squares of the islands' natural maps sum to that of the

@@ -17,8 +17,6 @@ namespace amontons {
 class Elimination {
  public:
   Elimination();
-  Elimination(Elimination&&) noexcept;
-  Elimination& operator=(Elimination&&) noexcept;
   ~Elimination();
 
   // Tries the direct way; false if it does not apply. It applies if the operator is neither a matrix nor a
