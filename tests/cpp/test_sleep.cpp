@@ -283,10 +283,16 @@ TEST(other_models_wake) {
 TEST(bodies_that_are_joined_without_joints_stay_awake) {
   Scene scene;
   for (const double x : {0.0, 4.0}) scene.arm(x);
-  scene.d.couplings.push_back({.joint_a = 0, .joint_b = 1, .coefficients = {0, 1}});
+  Coupling gear;
+  gear.joint_a = 0;
+  gear.joint_b = 1;
+  gear.coefficients = {0, 1};
+  scene.d.couplings.push_back(gear);
   for (const double x : {2.0, 6.0, 8.0}) scene.tower(x, 2);
   Tendon rope;
-  rope.path = {{.body = 4}, {.body = 5}};
+  rope.path.resize(2);
+  rope.path[0].body = 4;
+  rope.path[1].body = 5;
   rope.upper = 1;
   scene.d.tendons.push_back(rope);
   scene.d.bonds.push_back({7, 6, {0, 0, -half}, {0, 0, half}, {0, 0, 1}, 1, 1e-3});
